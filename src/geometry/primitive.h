@@ -1,0 +1,53 @@
+/* What every shape implements. One file per shape; one line in shapes.def.
+ *
+ * The hit rule (ARCHITECTURE.md): a primitive is hit if its own test says so and the ray passes the primitive's own box
+ * by the slab formula that nodes use; then t = max(t, box entry). The kernels do the second half; `intersect` is
+ * the first half. */
+#ifndef SNELL_GEOMETRY_PRIMITIVE_H
+#define SNELL_GEOMETRY_PRIMITIVE_H
+
+#include "base/field.h"
+#include "geometry/ray.h"
+
+/* A ray in the shape's own space. Hits lie in t_min < t < t_max, tested on the rounded float t. */
+typedef struct local_ray {
+    vec3 o, d;
+    float t_min, t_max;
+} local_ray;
+
+/* A point on a surface, in the shape's own space (the scene brings it to the world). */
+typedef struct surface {
+    dvec3 p;      /* re-projected: on the surface as exactly as double allows */
+    double error; /* bound on the distance, along n, between the true surface and what `intersect` and the kernel
+                     see of it for a ray starting near p, besides the rounding of the ray's own origin */
+    dvec3 n;      /* geometric normal, unit, outward (counter-clockwise front) */
+    dvec3 ns;     /* shading normal, unit, in n's hemisphere */
+    double u, v;  /* texture coordinates */
+    dvec3 tint;   /* vertex colour, linear; 1 without */
+    double alpha; /* vertex alpha; 1 without */
+    uint32_t material_slot; /* material index of the triangle; 0 */
+} surface;
+
+typedef struct primitive_type {
+    type_info info;
+    bool flat;      /* a ray that leaves it cannot meet it again */
+    bool unbounded; /* has no box (planes): tested for every ray */
+    /* Beyond what the table can say; NULL: nothing. Reports with error_set. */
+    snell_status (*check)(const void *desc);
+    bounds3 (*bounds)(const void *desc); /* contains every point that intersect may return */
+    /* The nearest hit with ray->t_min < t < ray->t_max: sets t, u, v. NULL for meshes, whose triangles the
+     * kernels test themselves. */
+    bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
+    /* Fills *out for a hit of this ray. */
+    void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
+    /* +1 inside, -1 outside: for closed shapes and half-spaces, to find the media around a point. NULL: encloses
+     * nothing or a mesh. */
+    int (*side)(const void *desc, dvec3 p);
+} primitive_type;
+
+/* The registry: every type of shapes.def, in its order. */
+extern const primitive_type *const primitive_types[];
+extern const uint32_t primitive_type_count;
+const primitive_type *primitive_find(const char *name); /* NULL: none of that name */
+
+#endif

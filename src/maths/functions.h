@@ -1,0 +1,19 @@
+/* Elementary functions whose bits do not depend on the machine: SLEEF's reproducible set without FMA, at most 1 ulp
+ * off. libm must not be used for these anywhere that can reach a pixel. */
+#ifndef SNELL_MATHS_FUNCTIONS_H
+#define SNELL_MATHS_FUNCTIONS_H
+
+double fn_sin(double x);
+double fn_cos(double x);
+double fn_tan(double x);
+double fn_asin(double x);
+double fn_acos(double x);
+double fn_atan(double x);
+double fn_atan2(double y, double x);
+double fn_exp(double x);
+double fn_log(double x);
+double fn_pow(double x, double y);
+
+#define PI 3.14159265358979323846
+
+#endif

@@ -1,0 +1,100 @@
+/* The scene description: what importers write, what the C API edits, what `commit` freezes. Plain data; no light is
+ * computed from it and no file is read by it.
+ *
+ * Objects of one category are numbered from 0 in the order of adding; a public id is {index + 1, generation}.
+ * Everything is checked here, once: an importer may hand over whatever its file says. */
+#ifndef SNELL_SCENE_DESCRIPTION_H
+#define SNELL_SCENE_DESCRIPTION_H
+
+#include "base/error.h"
+#include "base/field.h"
+#include "maths/vec.h"
+
+typedef struct object {
+    const type_info *type;
+    void *desc;  /* type->desc_size bytes, owned */
+    char *name;  /* owned; "" when unnamed; unique in its category otherwise (importers add ".2" where a file repeats) */
+    char *file;  /* owned; "" when it came through the API */
+    uint32_t line;
+    uint32_t generation; /* of the id; instances that are removed keep their slot with the next generation */
+} object;
+
+typedef struct object_list {
+    object *items;
+    size_t count, capacity;
+} object_list;
+
+typedef struct instance {
+    uint32_t shape;    /* index into objects[CATEGORY_SHAPE] */
+    uint32_t material; /* index into objects[CATEGORY_MATERIAL], or NO_MATERIAL: grey Lambert */
+    transform to_world;
+    char *name; /* owned; "" when unnamed */
+    uint32_t line, generation;
+    bool removed;
+} instance;
+#define NO_MATERIAL UINT32_MAX
+
+/* A param("name") of a scene program, for `snell info`; strings owned. */
+typedef struct scene_param {
+    char *name, *kind, *value, *default_value, *help;
+} scene_param;
+
+/* A warning or note of an importer, passed to the log of the context by the reader; strings owned. */
+typedef struct import_message {
+    snell_severity severity;
+    char *text, *hint, *file;
+    uint32_t line;
+} import_message;
+
+typedef struct description {
+    object_list objects[CATEGORY_COUNT];
+    instance *instances;
+    size_t instance_count, instance_capacity;
+    scene_param *params;
+    size_t param_count, param_capacity;
+    import_message *messages;
+    size_t message_count, message_capacity;
+    char format[16];  /* "gltf", "lua", ...; "" without a file */
+    bool is_model;    /* a model file rather than a scene: its picture is toned with `neutral` */
+} description;
+
+typedef struct object_source {
+    const char *name; /* may be NULL */
+    const char *file; /* may be NULL */
+    uint32_t line;    /* 0 when unknown */
+} object_source;
+
+snell_status description_create(description **out);
+void description_destroy(description *d);
+
+/* Adds an object of the named type from generic parameters, each of which is one of the type's fields.
+ * Errors: SNELL_ERR_ARGUMENT with a text such as "sphere: unknown field 'radus'" and a hint; the caller adds the
+ * place with error_place. *index is the object's number. Settings ("render", "background", "ambient") may be added
+ * once each. */
+snell_status description_add(description *d, category category, const char *type, const snell_param *params,
+                             size_t count, object_source source, uint32_t *index);
+/* The same from a filled description struct, which is copied. */
+snell_status description_add_desc(description *d, const type_info *type, const void *desc, object_source source,
+                                  uint32_t *index);
+snell_status description_add_instance(description *d, uint32_t shape, uint32_t material, const transform *to_world,
+                                      object_source source, uint32_t *index);
+snell_status description_add_param(description *d, const char *name, const char *kind, const char *value,
+                                   const char *default_value, const char *help);
+/* A warning or note about the file; at most 200 are kept, repeated texts once. */
+snell_status description_add_message(description *d, snell_severity severity, const char *file, uint32_t line,
+                                     const char *hint, const char *format, ...) PRINTF_LIKE(6, 7);
+
+/* NULL when there is none. */
+object *description_find(const description *d, category category, const char *name);
+const object *description_setting(const description *d, const char *type);
+const type_info *type_find(category category, const char *name);
+/* "sphere:12" for the unnamed, the name otherwise; into out. */
+void description_object_label(const description *d, category category, uint32_t index, char *out, size_t size);
+
+/* Every registered type of every category, for documentation and help. NULL at the end. */
+const type_info *type_at(uint32_t index);
+
+/* The size, in pixels and samples, that a picture has when neither scene nor caller says. */
+enum { DEFAULT_WIDTH = 800, DEFAULT_HEIGHT = 600 };
+
+#endif
