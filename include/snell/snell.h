@@ -1,15 +1,15 @@
 /* snell: a ray tracer. This is the only public header; it is C17 and valid C++17.
  *
- * Conventions, stated once: right-handed, +Y up, a camera looks along its -Z, metres, seconds, radians.
- * Matrices are 3x4, row-major, and act on column vectors. Colours are scene-linear with Rec. 709 primaries.
- * Ownership: each create has one destroy; ids are values owned by their scene, {0} means none. Arrays and
- * strings passed in are copied before the call returns. Outputs are written only on SNELL_OK, except where
- * a function says otherwise. The library never prints, exits or forks; what it may start is named at
- * snell_load_desc.allow_helper.
- * Threads: a scene is read by many threads OR edited by one. An edit during a render or a commit gives
- * SNELL_ERR_STATE. Contexts are independent. Callbacks must not call the same scene.
- * Not promised: pictures equal across minor versions; the layout of opaque objects; which of two unrelated
- * errors is reported first. */
+ * Conventions, stated once: right-handed, +Y up, a camera looks along its -Z, metres, seconds,
+ * radians. Matrices are 3x4, row-major, and act on column vectors. Colours are scene-linear with
+ * Rec. 709 primaries. Ownership: each create has one destroy; ids are values owned by their scene,
+ * {0} means none. Arrays and strings passed in are copied before the call returns. Outputs are
+ * written only on SNELL_OK, except where a function says otherwise. The library never prints, exits
+ * or forks; what it may start is named at snell_load_desc.allow_helper. Threads: a scene is read by
+ * many threads OR edited by one. An edit during a render or a commit gives SNELL_ERR_STATE.
+ * Contexts are independent. Callbacks must not call the same scene. Not promised: pictures equal
+ * across minor versions; the layout of opaque objects; which of two unrelated errors is reported
+ * first. */
 #ifndef SNELL_SNELL_H
 #define SNELL_SNELL_H
 
@@ -23,22 +23,28 @@
 #define SNELL_VERSION_MINOR 1
 #define SNELL_VERSION_PATCH 0
 
-/* ---- errors and messages -------------------------------------------------------------------------- */
+/* ---- errors and messages
+ * -------------------------------------------------------------------------- */
 
 typedef enum snell_status {
     SNELL_OK = 0,
-    SNELL_CANCELLED,       /* a progress callback said stop */
-    SNELL_ERR_ARGUMENT,    /* a value passed to the call is out of its range */
-    SNELL_ERR_STATE,       /* the call does not fit the object's state (edit during render, no commit) */
-    SNELL_ERR_MEMORY,      /* out of memory, or over a limit that was set */
-    SNELL_ERR_IO,          /* a file could not be read or written */
-    SNELL_ERR_SYNTAX,      /* a file's content is wrong */
+    SNELL_CANCELLED,    /* a progress callback said stop */
+    SNELL_ERR_ARGUMENT, /* a value passed to the call is out of its range */
+    SNELL_ERR_STATE,  /* the call does not fit the object's state (edit during render, no commit) */
+    SNELL_ERR_MEMORY, /* out of memory, or over a limit that was set */
+    SNELL_ERR_IO,     /* a file could not be read or written */
+    SNELL_ERR_SYNTAX, /* a file's content is wrong */
     SNELL_ERR_UNSUPPORTED, /* understood, but this build or version cannot do it */
     SNELL_ERR_VERSION,     /* header and library do not fit */
     SNELL_ERR_INTERNAL     /* a fault in snell itself: please report */
 } snell_status;
 
-typedef enum snell_severity { SNELL_DEBUG = 1, SNELL_INFO, SNELL_WARNING, SNELL_ERROR } snell_severity;
+typedef enum snell_severity {
+    SNELL_DEBUG = 1,
+    SNELL_INFO,
+    SNELL_WARNING,
+    SNELL_ERROR
+} snell_severity;
 
 /* Strings live until this thread's next snell call (in a log callback: until it returns). */
 typedef struct snell_message {
@@ -51,53 +57,87 @@ typedef struct snell_message {
 SNELL_API const snell_message *snell_last_error(void); /* of the calling thread; never NULL */
 typedef void snell_log_fn(void *user, const snell_message *message);
 
-/* ---- values ----------------------------------------------------------------------------------------- */
+/* ---- values
+ * ----------------------------------------------------------------------------------------- */
 
 typedef struct snell_context snell_context;
 typedef struct snell_scene snell_scene;
 typedef struct snell_film snell_film;
 
-typedef struct snell_shape_id { uint32_t index1, generation; } snell_shape_id;
-typedef struct snell_material_id { uint32_t index1, generation; } snell_material_id;
-typedef struct snell_texture_id { uint32_t index1, generation; } snell_texture_id;
-typedef struct snell_light_id { uint32_t index1, generation; } snell_light_id;
-typedef struct snell_camera_id { uint32_t index1, generation; } snell_camera_id;
-typedef struct snell_instance_id { uint32_t index1, generation; } snell_instance_id;
+typedef struct snell_shape_id {
+    uint32_t index1, generation;
+} snell_shape_id;
+typedef struct snell_material_id {
+    uint32_t index1, generation;
+} snell_material_id;
+typedef struct snell_texture_id {
+    uint32_t index1, generation;
+} snell_texture_id;
+typedef struct snell_light_id {
+    uint32_t index1, generation;
+} snell_light_id;
+typedef struct snell_camera_id {
+    uint32_t index1, generation;
+} snell_camera_id;
+typedef struct snell_instance_id {
+    uint32_t index1, generation;
+} snell_instance_id;
 
-typedef struct snell_vec2 { float x, y; } snell_vec2;
-typedef struct snell_vec3 { float x, y, z; } snell_vec3;
-typedef struct snell_bounds { snell_vec3 min, max; } snell_bounds; /* empty: min > max */
-typedef struct snell_transform { float m[3][4]; } snell_transform;
-/* What varies over a surface: value times texture (texture {0}: the value alone). Scalars read value.x. */
-typedef struct snell_input { snell_vec3 value; snell_texture_id texture; } snell_input;
+typedef struct snell_vec2 {
+    float x, y;
+} snell_vec2;
+typedef struct snell_vec3 {
+    float x, y, z;
+} snell_vec3;
+typedef struct snell_bounds {
+    snell_vec3 min, max;
+} snell_bounds; /* empty: min > max */
+typedef struct snell_transform {
+    float m[3][4];
+} snell_transform;
+/* What varies over a surface: value times texture (texture {0}: the value alone). Scalars read
+ * value.x. */
+typedef struct snell_input {
+    snell_vec3 value;
+    snell_texture_id texture;
+} snell_input;
 
-/* Every description begins with its size and is made by SNELL_INIT: then it has its defaults, and structs
- * may grow without breaking anyone. */
+/* Every description begins with its size and is made by SNELL_INIT: then it has its defaults, and
+ * structs may grow without breaking anyone. */
 #define SNELL_INIT(type) snell_##type##_init(sizeof(snell_##type))
 
-/* ---- context: threads, instruction set, log ----------------------------------------------------------- */
+/* ---- context: threads, instruction set, log
+ * ----------------------------------------------------------- */
 
-typedef enum snell_isa { SNELL_ISA_AUTO = 0, SNELL_ISA_SCALAR, SNELL_ISA_AVX2, SNELL_ISA_AVX512 } snell_isa;
+typedef enum snell_isa {
+    SNELL_ISA_AUTO = 0,
+    SNELL_ISA_SCALAR,
+    SNELL_ISA_AVX2,
+    SNELL_ISA_AVX512
+} snell_isa;
 
 typedef struct snell_context_desc {
     size_t size;
-    snell_log_fn *log;     /* NULL: silent; may be called from any thread, one call at a time */
+    snell_log_fn *log; /* NULL: silent; may be called from any thread, one call at a time */
     void *user;
     uint32_t thread_count; /* 0: the CPUs this process may use, cgroup limit included */
     snell_isa isa_max;     /* the picture does not depend on it */
 } snell_context_desc;
 
 SNELL_API snell_context_desc snell_context_desc_init(size_t size);
-SNELL_API snell_status snell_context_create(const snell_context_desc *desc, snell_context **out); /* desc may be NULL */
-SNELL_API void snell_context_destroy(snell_context *context); /* NULL is fine, here and below */
+SNELL_API snell_status snell_context_create(const snell_context_desc *desc,
+                                            snell_context **out); /* desc may be NULL */
+SNELL_API void snell_context_destroy(snell_context *context);     /* NULL is fine, here and below */
 SNELL_API uint32_t snell_context_thread_count(const snell_context *context);
 SNELL_API snell_isa snell_context_isa(const snell_context *context); /* what is used, never AUTO */
-SNELL_API const char *snell_isa_name(snell_isa isa);                 /* "scalar", "avx2", "avx512", "auto" */
-SNELL_API const char *snell_version(void);                           /* "0.1.0" */
-/* Optional parts built in, such as "assimp openexr avx2 avx512", and what is missing: "" when nothing. */
+SNELL_API const char *snell_isa_name(snell_isa isa); /* "scalar", "avx2", "avx512", "auto" */
+SNELL_API const char *snell_version(void);           /* "0.1.0" */
+/* Optional parts built in, such as "assimp openexr avx2 avx512", and what is missing: "" when
+ * nothing. */
 SNELL_API const char *snell_features(const char **missing);
 
-/* ---- scene: load, edit, commit ------------------------------------------------------------------------ */
+/* ---- scene: load, edit, commit
+ * ------------------------------------------------------------------------ */
 
 typedef struct snell_progress {
     size_t size;
@@ -106,21 +146,21 @@ typedef struct snell_progress {
     uint64_t rays_traced;
     uint32_t pass, x0, y0, x1, y1; /* pixels just updated, half-open */
 } snell_progress;
-/* Called at least every 100 ms, never two at once, from the thread that made the call or from a worker;
- * false cancels. */
+/* Called at least every 100 ms, never two at once, from the thread that made the call or from a
+ * worker; false cancels. */
 typedef bool snell_progress_fn(void *user, const snell_progress *progress);
 
 typedef struct snell_load_desc {
     size_t size;
-    const char *const *params;     /* "name=value", for param() in a scene program */
+    const char *const *params; /* "name=value", for param() in a scene program */
     size_t param_count;
     const char *const *asset_dirs; /* readable besides the file's own folder */
     size_t asset_dir_count;
-    const char *format;            /* such as "gltf"; NULL: by the file's content and extension */
-    const char *up;                /* "x" "y" "z" "-x" "-y" "-z"; NULL: as the format says */
-    uint64_t memory_max;           /* bytes the import may use; 0: a share of the machine's memory */
-    double time_max;               /* CPU seconds the import may use; 0: 300 */
-    bool allow_programs;           /* run .lua; default true */
+    const char *format;  /* such as "gltf"; NULL: by the file's content and extension */
+    const char *up;      /* "x" "y" "z" "-x" "-y" "-z"; NULL: as the format says */
+    uint64_t memory_max; /* bytes the import may use; 0: a share of the machine's memory */
+    double time_max;     /* CPU seconds the import may use; 0: 300 */
+    bool allow_programs; /* run .lua; default true */
     /* Files are read by the sandboxed program snell-import, started with posix_spawn; default true.
      * false: only snell_scene_add_* and compiled scenes. */
     bool allow_helper;
@@ -132,18 +172,22 @@ SNELL_API snell_load_desc snell_load_desc_init(size_t size);
 SNELL_API snell_status snell_scene_create(snell_context *context, snell_scene **out);
 SNELL_API void snell_scene_destroy(snell_scene *scene);
 /* Adds the file's objects to the scene; on failure the scene is as before. */
-SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path, const snell_load_desc *desc);
+SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path,
+                                        const snell_load_desc *desc);
 
-/* The studio rig: a camera that frames everything, a key light over its shoulder, a fill and a gradient that
- * metals can reflect; only what the scene lacks. `view`, when not NULL, is the direction {azimuth, elevation}
- * in radians from which a missing camera looks. `added` (may be NULL) receives a static
- * string such as "camera, lights", "" when nothing was added. */
-SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const float view[2], const char **added);
+/* The studio rig: a camera that frames everything, a key light over its shoulder, a fill and a
+ * gradient that metals can reflect; only what the scene lacks. `view`, when not NULL, is the
+ * direction {azimuth, elevation} in radians from which a missing camera looks. `added` (may be
+ * NULL) receives a static string such as "camera, lights", "" when nothing was added. */
+SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const float view[2],
+                                              const char **added);
 /* A large horizontal quad under everything that was added so far; +Y is up. */
-SNELL_API snell_status snell_scene_add_ground(snell_scene *scene, snell_vec3 color, snell_instance_id *out);
+SNELL_API snell_status snell_scene_add_ground(snell_scene *scene, snell_vec3 color,
+                                              snell_instance_id *out);
 
-/* Generic form of adding, for language bindings and importers: `type` and the names of `params` are those of the
- * scene language. Unknown names, wrong kinds and values out of range give SNELL_ERR_ARGUMENT with a hint. */
+/* Generic form of adding, for language bindings and importers: `type` and the names of `params` are
+ * those of the scene language. Unknown names, wrong kinds and values out of range give
+ * SNELL_ERR_ARGUMENT with a hint. */
 typedef enum snell_param_kind {
     SNELL_PARAM_BOOL = 1,  /* b */
     SNELL_PARAM_INT,       /* i; accepted for floats too */
@@ -154,7 +198,8 @@ typedef enum snell_param_kind {
     SNELL_PARAM_INPUT,     /* input: value and texture */
     SNELL_PARAM_MATERIAL,  /* material */
     SNELL_PARAM_TRANSFORM, /* transform */
-    SNELL_PARAM_ARRAY      /* array of what the field says; count in elements (vec3s, vec2s, uints, bytes) */
+    SNELL_PARAM_ARRAY      /* array of what the field says; count in elements (vec3s, vec2s, uints,
+                              bytes) */
 } snell_param_kind;
 
 typedef struct snell_param {
@@ -170,56 +215,112 @@ typedef struct snell_param {
         snell_input input;
         snell_material_id material;
         snell_transform transform;
-        struct { const void *data; size_t count; } array;
+        struct {
+            const void *data;
+            size_t count;
+        } array;
     } value;
 } snell_param;
 
-SNELL_API snell_status snell_scene_add_texture(snell_scene *scene, const char *type, const snell_param *params, size_t count, snell_texture_id *out);
-SNELL_API snell_status snell_scene_add_material(snell_scene *scene, const char *type, const snell_param *params, size_t count, snell_material_id *out);
-SNELL_API snell_status snell_scene_add_light(snell_scene *scene, const char *type, const snell_param *params, size_t count, snell_light_id *out);
-SNELL_API snell_status snell_scene_add_shape(snell_scene *scene, const char *type, const snell_param *params, size_t count, snell_shape_id *out);
-SNELL_API snell_status snell_scene_add_camera(snell_scene *scene, const char *type, const snell_param *params, size_t count, snell_camera_id *out);
-/* A shape is drawn where an instance of it stands; to_world NULL is the identity. material {0}: a grey Lambert. */
-SNELL_API snell_status snell_scene_add_instance(snell_scene *scene, snell_shape_id shape, snell_material_id material, const snell_transform *to_world, snell_instance_id *out);
-SNELL_API snell_status snell_scene_set_instance_transform(snell_scene *scene, snell_instance_id id, const snell_transform *to_world);
+SNELL_API snell_status snell_scene_add_texture(snell_scene *scene, const char *type,
+                                               const snell_param *params, size_t count,
+                                               snell_texture_id *out);
+SNELL_API snell_status snell_scene_add_material(snell_scene *scene, const char *type,
+                                                const snell_param *params, size_t count,
+                                                snell_material_id *out);
+SNELL_API snell_status snell_scene_add_light(snell_scene *scene, const char *type,
+                                             const snell_param *params, size_t count,
+                                             snell_light_id *out);
+SNELL_API snell_status snell_scene_add_shape(snell_scene *scene, const char *type,
+                                             const snell_param *params, size_t count,
+                                             snell_shape_id *out);
+SNELL_API snell_status snell_scene_add_camera(snell_scene *scene, const char *type,
+                                              const snell_param *params, size_t count,
+                                              snell_camera_id *out);
+/* A shape is drawn where an instance of it stands; to_world NULL is the identity. material {0}: a
+ * grey Lambert. */
+SNELL_API snell_status snell_scene_add_instance(snell_scene *scene, snell_shape_id shape,
+                                                snell_material_id material,
+                                                const snell_transform *to_world,
+                                                snell_instance_id *out);
+SNELL_API snell_status snell_scene_set_instance_transform(snell_scene *scene, snell_instance_id id,
+                                                          const snell_transform *to_world);
 SNELL_API snell_status snell_scene_remove_instance(snell_scene *scene, snell_instance_id id);
 
-/* Freezes what was added: checks, builds the acceleration structures. Queries and renders see the last commit. */
-SNELL_API snell_status snell_scene_commit(snell_scene *scene, snell_progress_fn *progress, void *user);
-SNELL_API snell_status snell_scene_bounds(const snell_scene *scene, snell_bounds *out); /* of the last commit, without planes */
+/* Freezes what was added: checks, builds the acceleration structures. Queries and renders see the
+ * last commit. */
+SNELL_API snell_status snell_scene_commit(snell_scene *scene, snell_progress_fn *progress,
+                                          void *user);
+SNELL_API snell_status snell_scene_bounds(
+    const snell_scene *scene, snell_bounds *out); /* of the last commit, without planes */
 
 /* What is in a scene; strings are owned by the scene and live until its next edit. */
 typedef struct snell_scene_stats {
     size_t size;
-    const char *format;            /* of the last file loaded, "" for none */
-    uint64_t instance_count, primitive_count, triangle_count; /* primitives and triangles as instanced */
+    const char *format; /* of the last file loaded, "" for none */
+    uint64_t instance_count, primitive_count,
+        triangle_count; /* primitives and triangles as instanced */
     uint64_t unique_triangle_count;
     uint32_t shape_count, material_count, texture_count, light_count, camera_count, param_count;
     uint64_t memory_geometry, memory_accel, memory_textures; /* bytes; accel: 0 before a commit */
     bool has_emission, has_background, has_ambient, has_dielectric;
 } snell_scene_stats;
-SNELL_API snell_status snell_scene_get_stats(const snell_scene *scene, snell_scene_stats *out); /* out->size set by the caller */
+SNELL_API snell_status snell_scene_get_stats(
+    const snell_scene *scene, snell_scene_stats *out); /* out->size set by the caller */
 
-typedef struct snell_object_info { const char *type, *name; uint32_t line; } snell_object_info; /* name "" when unnamed */
-SNELL_API snell_status snell_scene_get_camera(const snell_scene *scene, uint32_t index, snell_object_info *out, snell_camera_id *id);
-SNELL_API snell_status snell_scene_get_light(const snell_scene *scene, uint32_t index, snell_object_info *out);
-SNELL_API snell_status snell_scene_get_material(const snell_scene *scene, uint32_t index, snell_object_info *out);
+typedef struct snell_object_info {
+    const char *type, *name;
+    uint32_t line;
+} snell_object_info; /* name "" when unnamed */
+SNELL_API snell_status snell_scene_get_camera(const snell_scene *scene, uint32_t index,
+                                              snell_object_info *out, snell_camera_id *id);
+SNELL_API snell_status snell_scene_get_light(const snell_scene *scene, uint32_t index,
+                                             snell_object_info *out);
+SNELL_API snell_status snell_scene_get_material(const snell_scene *scene, uint32_t index,
+                                                snell_object_info *out);
 /* A value that a scene program takes from outside. */
-typedef struct snell_scene_param { const char *name, *kind, *value, *default_value, *help; } snell_scene_param;
-SNELL_API snell_status snell_scene_get_param(const snell_scene *scene, uint32_t index, snell_scene_param *out);
+typedef struct snell_scene_param {
+    const char *name, *kind, *value, *default_value, *help;
+} snell_scene_param;
+SNELL_API snell_status snell_scene_get_param(const snell_scene *scene, uint32_t index,
+                                             snell_scene_param *out);
 
-/* ---- ray queries: the scene is checked once per batch, rays are trusted --------------------------------- */
+/* ---- ray queries: the scene is checked once per batch, rays are trusted
+ * --------------------------------- */
 
 /* Hits lie in t_min < t < t_max, measured in lengths of direction, which need not be 1. */
-typedef struct snell_ray { snell_vec3 origin; float t_min; snell_vec3 direction; float t_max; float time; uint32_t mask; } snell_ray;
-typedef struct snell_hit { float t, u, v; uint32_t primitive; snell_instance_id instance; snell_vec3 normal; } snell_hit; /* miss: t = INFINITY; normal: geometric, unit, outward */
-SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays, snell_hit *hits, size_t count);     /* on this thread */
-SNELL_API snell_status snell_scene_intersect_all(const snell_scene *scene, const snell_ray *rays, snell_hit *hits, size_t count); /* on all workers */
-SNELL_API snell_status snell_scene_occluded(const snell_scene *scene, const snell_ray *rays, uint8_t *blocked, size_t count);     /* 1 if anything is hit */
+typedef struct snell_ray {
+    snell_vec3 origin;
+    float t_min;
+    snell_vec3 direction;
+    float t_max;
+    float time;
+    uint32_t mask;
+} snell_ray;
+typedef struct snell_hit {
+    float t, u, v;
+    uint32_t primitive;
+    snell_instance_id instance;
+    snell_vec3 normal;
+} snell_hit; /* miss: t = INFINITY; normal: geometric, unit, outward */
+SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays,
+                                             snell_hit *hits, size_t count); /* on this thread */
+SNELL_API snell_status snell_scene_intersect_all(const snell_scene *scene, const snell_ray *rays,
+                                                 snell_hit *hits,
+                                                 size_t count); /* on all workers */
+SNELL_API snell_status snell_scene_occluded(const snell_scene *scene, const snell_ray *rays,
+                                            uint8_t *blocked,
+                                            size_t count); /* 1 if anything is hit */
 
-/* ---- render: blocking, the same bits for the same settings ---------------------------------------------- */
+/* ---- render: blocking, the same bits for the same settings
+ * ---------------------------------------------- */
 
-typedef enum snell_integrator { SNELL_APPEL = 1, SNELL_WHITTED, SNELL_COOK, SNELL_PATH } snell_integrator;
+typedef enum snell_integrator {
+    SNELL_APPEL = 1,
+    SNELL_WHITTED,
+    SNELL_COOK,
+    SNELL_PATH
+} snell_integrator;
 
 typedef struct snell_view { /* a perspective camera by value: moving it needs no commit */
     size_t size;
@@ -227,83 +328,107 @@ typedef struct snell_view { /* a perspective camera by value: moving it needs no
     float fov; /* vertical, radians, in (0, pi) */
 } snell_view;
 SNELL_API snell_view snell_view_init(size_t size);
-/* Looks at the bounds' centre from {azimuth, elevation} (radians; 0,0 is +Z, azimuth turns towards +X) so that
- * the bounding sphere fits the smaller side of an image with the given width / height. Keeps fov and up. */
-SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth, float elevation, float aspect);
+/* Looks at the bounds' centre from {azimuth, elevation} (radians; 0,0 is +Z, azimuth turns towards
+ * +X) so that the bounding sphere fits the smaller side of an image with the given width / height.
+ * Keeps fov and up. */
+SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
+                                        float elevation, float aspect);
 
 typedef struct snell_render_desc {
     size_t size;
-    snell_camera_id camera;  /* {0}: the scene's first */
-    const snell_view *view;  /* if not NULL, instead of camera */
+    snell_camera_id camera; /* {0}: the scene's first */
+    const snell_view *view; /* if not NULL, instead of camera */
     snell_integrator integrator;
-    uint32_t width, height;  /* pixels, 1..65536, at most 2^30 in all */
-    uint32_t crop_x, crop_y, crop_width, crop_height; /* crop_width 0: all; the film has the crop's size */
-    uint32_t samples;        /* per pixel, 1..2^20 */
-    uint32_t max_depth;      /* camera ray 0, each child one more; deeper returns black; at most 1000 */
-    float min_weight;        /* rays whose largest weight falls below are dropped; the sum is reported */
-    bool pixel_center;       /* all samples through the pixel's centre */
-    bool transparent;        /* the background does not count as light seen by the camera; alpha = coverage */
+    uint32_t width, height; /* pixels, 1..65536, at most 2^30 in all */
+    uint32_t crop_x, crop_y, crop_width,
+        crop_height;    /* crop_width 0: all; the film has the crop's size */
+    uint32_t samples;   /* per pixel, 1..2^20 */
+    uint32_t max_depth; /* camera ray 0, each child one more; deeper returns black; at most 1000 */
+    float min_weight;   /* rays whose largest weight falls below are dropped; the sum is reported */
+    bool pixel_center;  /* all samples through the pixel's centre */
+    bool transparent; /* the background does not count as light seen by the camera; alpha = coverage
+                       */
     uint64_t seed;
-    uint32_t wave_size;      /* rays in flight per worker; 0: chosen; the picture does not depend on it */
+    uint32_t
+        wave_size; /* rays in flight per worker; 0: chosen; the picture does not depend on it */
     snell_progress_fn *progress;
     void *user;
 } snell_render_desc;
 
 typedef struct snell_render_stats {
     size_t size;
-    uint64_t rays_camera, rays_reflected, rays_refracted, rays_shadow, rays_continued; /* continued: walked on through transparent surfaces */
+    uint64_t rays_camera, rays_reflected, rays_refracted, rays_shadow,
+        rays_continued; /* continued: walked on through transparent surfaces */
     uint64_t nodes, boxes, triangles, primitives; /* tests done by the kernel, summed over rays */
     uint64_t samples_done, pixels_done;           /* samples per pixel; pixels complete */
-    double dropped_weight;                        /* mean over samples of the weight that min_weight dropped */
+    double dropped_weight; /* mean over samples of the weight that min_weight dropped */
     uint64_t media_mismatches, film_overflows;
     double seconds;
 } snell_render_stats;
 
 /* What the scene asks for, else the defaults of the integrator (0: the scene's, else whitted). */
-SNELL_API snell_status snell_scene_settings(const snell_scene *scene, snell_integrator integrator, snell_render_desc *out);
+SNELL_API snell_status snell_scene_settings(const snell_scene *scene, snell_integrator integrator,
+                                            snell_render_desc *out);
 typedef struct snell_image_desc {
     size_t size;
     const char *tonemap; /* "clip", "neutral", ...; NULL: the film's default from its scene */
     float exposure;      /* stops */
     bool exposure_set;   /* false: the film's default from its scene */
-    const char *tag;     /* text stored in the file (PNG "snell" chunk, EXR attribute); NULL: none */
+    const char *tag; /* text stored in the file (PNG "snell" chunk, EXR attribute); NULL: none */
 } snell_image_desc;
 SNELL_API snell_image_desc snell_image_desc_init(size_t size);
 
 SNELL_API snell_status snell_film_create(snell_context *context, snell_film **out);
 SNELL_API void snell_film_destroy(snell_film *film);
-/* Sizes and clears the film, then renders. On SNELL_CANCELLED the blocks that were done are in the film, the
- * rest is transparent black. */
-SNELL_API snell_status snell_render(const snell_scene *scene, const snell_render_desc *desc, snell_film *film);
-SNELL_API snell_status snell_film_get_stats(const snell_film *film, snell_render_stats *out); /* out->size set by the caller */
-/* Linear radiance, interleaved RGB (channels 3) or RGBA premultiplied (4, when transparent), rows, top first; borrowed until the next render or destroy. */
-SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width, uint32_t *height, uint32_t *channels);
-SNELL_API uint64_t snell_film_hash(const snell_film *film); /* the image hash: of size, channels and every bit of the linear film */
-/* By extension: .png (8 bit sRGB) .exr (32-bit linear) .pfm (linear) .ppm (8 bit sRGB). The file is the old one or the
- * complete new one, never half written. */
-SNELL_API snell_status snell_film_write(const snell_film *film, const char *path, const snell_image_desc *desc); /* desc may be NULL */
+/* Sizes and clears the film, then renders. On SNELL_CANCELLED the blocks that were done are in the
+ * film, the rest is transparent black. */
+SNELL_API snell_status snell_render(const snell_scene *scene, const snell_render_desc *desc,
+                                    snell_film *film);
+SNELL_API snell_status snell_film_get_stats(
+    const snell_film *film, snell_render_stats *out); /* out->size set by the caller */
+/* Linear radiance, interleaved RGB (channels 3) or RGBA premultiplied (4, when transparent), rows,
+ * top first; borrowed until the next render or destroy. */
+SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width, uint32_t *height,
+                                         uint32_t *channels);
+SNELL_API uint64_t snell_film_hash(const snell_film *film); /* the image hash: of size, channels and
+                                                               every bit of the linear film */
+/* By extension: .png (8 bit sRGB) .exr (32-bit linear) .pfm (linear) .ppm (8 bit sRGB). The file is
+ * the old one or the complete new one, never half written. */
+SNELL_API snell_status snell_film_write(const snell_film *film, const char *path,
+                                        const snell_image_desc *desc); /* desc may be NULL */
 /* The same encoding in memory, format "png", ...; *data is freed with snell_free. */
-SNELL_API snell_status snell_film_encode(const snell_film *film, const char *format, const snell_image_desc *desc, void **data, size_t *size);
+SNELL_API snell_status snell_film_encode(const snell_film *film, const char *format,
+                                         const snell_image_desc *desc, void **data, size_t *size);
 SNELL_API void snell_free(void *data);
 
 typedef struct snell_picture_info {
     size_t size;
-    char format[8];      /* "png", "exr", "pfm", "ppm" */
+    char format[8]; /* "png", "exr", "pfm", "ppm" */
     uint32_t width, height, channels, bits;
-    char *tag;           /* how snell made it; "" when snell did not; freed with snell_free */
+    char *tag; /* how snell made it; "" when snell did not; freed with snell_free */
 } snell_picture_info;
-SNELL_API snell_status snell_picture_read_info(const char *path, snell_picture_info *out); /* out->size set by the caller */
+SNELL_API snell_status snell_picture_read_info(
+    const char *path, snell_picture_info *out); /* out->size set by the caller */
 
-/* ---- what there is: the types' own tables, for help texts, documentation and bindings -------------------- */
+/* ---- what there is: the types' own tables, for help texts, documentation and bindings
+ * -------------------- */
 
-typedef struct snell_field_info { const char *name, *kind, *default_value, *range, *unit, *help; } snell_field_info;
-typedef struct snell_type_info { const char *category, *name, *help; uint32_t field_count; } snell_type_info;
+typedef struct snell_field_info {
+    const char *name, *kind, *default_value, *range, *unit, *help;
+} snell_field_info;
+typedef struct snell_type_info {
+    const char *category, *name, *help;
+    uint32_t field_count;
+} snell_type_info;
 SNELL_API uint32_t snell_type_count(void);
 SNELL_API snell_status snell_type_get(uint32_t type, snell_type_info *out);
 SNELL_API snell_status snell_type_get_field(uint32_t type, uint32_t field, snell_field_info *out);
-SNELL_API const char *snell_formats(uint32_t index, const char **description); /* file formats read: extension; NULL at the end */
+SNELL_API const char *
+snell_formats(uint32_t index,
+              const char **description); /* file formats read: extension; NULL at the end */
 
-/* ---- one description per registered type ------------------------------------------------------------------ */
+/* ---- one description per registered type
+ * ------------------------------------------------------------------ */
 /* BEGIN GENERATED by tools/gen_api from the types' own tables; do not edit */
 /* END GENERATED */
 

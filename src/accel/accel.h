@@ -1,9 +1,12 @@
-/* The acceleration structure: a two-level BVH over instances of shapes, and the kernels that trace it.
+/* The acceleration structure: a two-level BVH over instances of shapes, and the kernels that trace
+ * it.
  *
- * Frozen after accel_build: any number of threads may trace. Same input, same picture: which hit wins depends only on
- * the hit rule, never on the tree's shape, the instruction set or the order of visits:
- *   - accept a primitive if its own test says so and the ray passes its own box (and its instance's box, in the world)
- *     by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as passing; then t = max(t, entries of those boxes);
+ * Frozen after accel_build: any number of threads may trace. Same input, same picture: which hit
+ * wins depends only on the hit rule, never on the tree's shape, the instruction set or the order of
+ * visits:
+ *   - accept a primitive if its own test says so and the ray passes its own box (and its instance's
+ * box, in the world) by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as
+ * passing; then t = max(t, entries of those boxes);
  *   - nearest t wins; equal t goes to the lowest (instance, primitive);
  *   - a node is skipped only if its entry is beyond the best t. */
 #ifndef SNELL_ACCEL_ACCEL_H
@@ -36,12 +39,14 @@ typedef struct accel_input {
 typedef struct accel_options {
     uint32_t leaf_size; /* primitives in a leaf, at most; 0: chosen. Does not change a hit. */
     uint32_t seed;      /* != 0: children in a random order (tests of the hit rule) */
-    /* Called now and then with a fraction in [0,1]; false stops the build with SNELL_CANCELLED. May be NULL. */
+    /* Called now and then with a fraction in [0,1]; false stops the build with SNELL_CANCELLED. May
+     * be NULL. */
     bool (*progress)(void *user, double fraction);
     void *user;
 } accel_options;
 
-snell_status accel_build(const accel_input *input, const accel_options *options, thread_pool *pool, accel **out);
+snell_status accel_build(const accel_input *input, const accel_options *options, thread_pool *pool,
+                         accel **out);
 void accel_destroy(accel *a);
 bounds3 accel_bounds(const accel *a); /* of the world, without unbounded shapes */
 
@@ -54,13 +59,16 @@ typedef struct trace_counters {
     uint64_t nodes, boxes, triangles, primitives;
 } trace_counters;
 
-/* The best instruction set that this CPU has (CPUID and XCR0), at most `max` (SNELL_ISA_AUTO: no ceiling). */
+/* The best instruction set that this CPU has (CPUID and XCR0), at most `max` (SNELL_ISA_AUTO: no
+ * ceiling). */
 snell_isa accel_best_isa(snell_isa max);
 bool accel_has_isa(snell_isa isa); /* built in and usable here */
 
 /* Closest hit of each ray. counters: may be NULL; added to. */
-void accel_trace(const accel *a, snell_isa isa, const ray *rays, hit *hits, size_t count, trace_counters *counters);
+void accel_trace(const accel *a, snell_isa isa, const ray *rays, hit *hits, size_t count,
+                 trace_counters *counters);
 /* Is there any hit? blocked[i] = 1 or 0. */
-void accel_occluded(const accel *a, snell_isa isa, const ray *rays, uint8_t *blocked, size_t count, trace_counters *counters);
+void accel_occluded(const accel *a, snell_isa isa, const ray *rays, uint8_t *blocked, size_t count,
+                    trace_counters *counters);
 
 #endif

@@ -13,11 +13,14 @@ typedef struct thread_error {
 
 static _Thread_local thread_error last = {.message = {SNELL_OK, SNELL_ERROR, "", "", "", 0, 0}};
 
-static void copy_text(char *to, size_t size, const char *from) { snprintf(to, size, "%s", from ? from : ""); }
+static void copy_text(char *to, size_t size, const char *from) {
+    snprintf(to, size, "%s", from ? from : "");
+}
 
-static snell_status record(snell_status status, source_place place, const char *hint, const char *format,
-                           va_list arguments) {
-    char text[TEXT_MAX], hint_copy[TEXT_MAX], file[FILE_MAX]; /* arguments may point into the old error */
+static snell_status record(snell_status status, source_place place, const char *hint,
+                           const char *format, va_list arguments) {
+    char text[TEXT_MAX], hint_copy[TEXT_MAX],
+        file[FILE_MAX]; /* arguments may point into the old error */
     vsnprintf(text, sizeof text, format, arguments);
     copy_text(hint_copy, sizeof hint_copy, hint);
     copy_text(file, sizeof file, place.file);
@@ -42,7 +45,8 @@ snell_status error_set(snell_status status, const char *hint, const char *format
     return status;
 }
 
-snell_status error_set_at(snell_status status, source_place place, const char *hint, const char *format, ...) {
+snell_status error_set_at(snell_status status, source_place place, const char *hint,
+                          const char *format, ...) {
     va_list arguments;
     va_start(arguments, format);
     record(status, place, hint, format, arguments);
@@ -66,16 +70,15 @@ void error_clear(void) {
     last.message = (snell_message){SNELL_OK, SNELL_ERROR, last.text, last.hint, last.file, 0, 0};
 }
 
-const snell_message *error_last(void) {
-    return &last.message;
-}
+const snell_message *error_last(void) { return &last.message; }
 
 snell_status error_no_memory(void) {
-    return error_set(SNELL_ERR_MEMORY, "use a smaller model or picture, or more memory", "out of memory");
+    return error_set(SNELL_ERR_MEMORY, "use a smaller model or picture, or more memory",
+                     "out of memory");
 }
 
-void log_write(const log_sink *sink, snell_severity severity, source_place place, const char *hint, const char *format,
-               ...) {
+void log_write(const log_sink *sink, snell_severity severity, source_place place, const char *hint,
+               const char *format, ...) {
     if (sink == NULL || sink->write == NULL) return;
     char text[TEXT_MAX];
     va_list arguments;

@@ -1,4 +1,5 @@
-/* Errors are values: a status, and the text of the calling thread's last error. Nothing here prints. */
+/* Errors are values: a status, and the text of the calling thread's last error. Nothing here
+ * prints. */
 #ifndef SNELL_BASE_ERROR_H
 #define SNELL_BASE_ERROR_H
 
@@ -18,9 +19,10 @@ typedef struct source_place {
 
 /* Records the thread's last error and returns `status`, so that `return error_set(...)` reads well.
  * Texts are cut at 1023 bytes. `hint` says what to do next, or is NULL. */
-snell_status error_set(snell_status status, const char *hint, const char *format, ...) PRINTF_LIKE(3, 4);
-snell_status error_set_at(snell_status status, source_place place, const char *hint, const char *format, ...)
-    PRINTF_LIKE(4, 5);
+snell_status error_set(snell_status status, const char *hint, const char *format, ...)
+    PRINTF_LIKE(3, 4);
+snell_status error_set_at(snell_status status, source_place place, const char *hint,
+                          const char *format, ...) PRINTF_LIKE(4, 5);
 /* Gives the last error a place if it has none. */
 void error_place(source_place place);
 void error_clear(void);
@@ -33,10 +35,11 @@ typedef struct log_sink {
     snell_log_fn *write; /* NULL: silent */
     void *user;
 } log_sink;
-void log_write(const log_sink *sink, snell_severity severity, source_place place, const char *hint, const char *format,
-               ...) PRINTF_LIKE(5, 6);
+void log_write(const log_sink *sink, snell_severity severity, source_place place, const char *hint,
+               const char *format, ...) PRINTF_LIKE(5, 6);
 
-/* Of `choices` (count strings), the one most like `word` by edit distance, or NULL when none is near. */
+/* Of `choices` (count strings), the one most like `word` by edit distance, or NULL when none is
+ * near. */
 const char *closest_word(const char *word, const char *const *choices, size_t count);
 
 #endif

@@ -86,7 +86,9 @@ void desc_init(const type_info *info, void *desc) {
         case FIELD_INPUT: ((snell_input *)at)->value = v; break;
         case FIELD_SCALAR: ((snell_input *)at)->value = (snell_vec3){v.x, v.x, v.x}; break;
         case FIELD_STRING: *(const char **)at = ""; break;
-        case FIELD_TRANSFORM: *(snell_transform *)at = (snell_transform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}; break;
+        case FIELD_TRANSFORM:
+            *(snell_transform *)at = (snell_transform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+            break;
         default: break; /* ids and arrays: none */
         }
     }
@@ -123,7 +125,9 @@ static bool set_number(const field *f, void *at, double number, bool is_integer)
     case FIELD_FLOAT: *(float *)at = value; return true;
     case FIELD_COLOR: *(snell_vec3 *)at = (snell_vec3){value, value, value}; return true;
     case FIELD_INPUT:
-    case FIELD_SCALAR: *(snell_input *)at = (snell_input){{value, value, value}, {0, 0}}; return true;
+    case FIELD_SCALAR:
+        *(snell_input *)at = (snell_input){{value, value, value}, {0, 0}};
+        return true;
     default: return false;
     }
 }
@@ -137,10 +141,14 @@ static bool set_value(const field *f, void *at, const snell_param *param) {
     case SNELL_PARAM_INT: return set_number(f, at, (double)param->value.i, true);
     case SNELL_PARAM_FLOAT: return set_number(f, at, param->value.f, false);
     case SNELL_PARAM_VEC3:
-        if (f->kind == FIELD_VEC3 || f->kind == FIELD_COLOR) *(snell_vec3 *)at = param->value.v;
-        else if (f->kind == FIELD_VEC2) *(snell_vec2 *)at = (snell_vec2){param->value.v.x, param->value.v.y};
-        else if (f->kind == FIELD_INPUT) *(snell_input *)at = (snell_input){param->value.v, {0, 0}};
-        else return false;
+        if (f->kind == FIELD_VEC3 || f->kind == FIELD_COLOR)
+            *(snell_vec3 *)at = param->value.v;
+        else if (f->kind == FIELD_VEC2)
+            *(snell_vec2 *)at = (snell_vec2){param->value.v.x, param->value.v.y};
+        else if (f->kind == FIELD_INPUT)
+            *(snell_input *)at = (snell_input){param->value.v, {0, 0}};
+        else
+            return false;
         return true;
     case SNELL_PARAM_STRING:
         if (param->value.s == NULL) return false;
@@ -155,10 +163,12 @@ static bool set_value(const field *f, void *at, const snell_param *param) {
         }
         return false;
     case SNELL_PARAM_TEXTURE:
-        if (f->kind == FIELD_TEXTURE) *(snell_texture_id *)at = param->value.texture;
+        if (f->kind == FIELD_TEXTURE)
+            *(snell_texture_id *)at = param->value.texture;
         else if (f->kind == FIELD_INPUT || f->kind == FIELD_SCALAR)
             *(snell_input *)at = (snell_input){{1, 1, 1}, param->value.texture};
-        else return false;
+        else
+            return false;
         return true;
     case SNELL_PARAM_INPUT:
         if (f->kind != FIELD_INPUT && f->kind != FIELD_SCALAR) return false;
@@ -171,7 +181,8 @@ static bool set_value(const field *f, void *at, const snell_param *param) {
         if (f->kind == FIELD_TRANSFORM) *(snell_transform *)at = param->value.transform;
         return f->kind == FIELD_TRANSFORM;
     case SNELL_PARAM_ARRAY:
-        if (!array || (param->value.array.data == NULL && param->value.array.count != 0)) return false;
+        if (!array || (param->value.array.data == NULL && param->value.array.count != 0))
+            return false;
         *(array_member *)at = (array_member){param->value.array.data, param->value.array.count};
         return true;
     }
@@ -179,24 +190,33 @@ static bool set_value(const field *f, void *at, const snell_param *param) {
 }
 
 snell_status desc_set(const type_info *info, void *desc, const snell_param *param) {
-    if (param->name == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: a parameter without a name", info->name);
+    if (param->name == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: a parameter without a name", info->name);
     const field *f = type_find_field(info, param->name);
     if (f == NULL) return unknown_field(info, param->name);
     if (set_value(f, member(desc, f), param)) return SNELL_OK;
     if (f->kind == FIELD_CHOICE)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' must be one of %s", info->name, f->name, f->choices);
-    return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' must be a %s", info->name, f->name, field_kind_name(f->kind));
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' must be one of %s", info->name,
+                         f->name, f->choices);
+    return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' must be a %s", info->name, f->name,
+                     field_kind_name(f->kind));
 }
 
 static snell_status check_number(const type_info *info, const field *f, double value) {
     if (!isfinite(value))
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is not a finite number", info->name, f->name);
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is not a finite number", info->name,
+                         f->name);
     bool low = f->flags & FIELD_OPEN_MIN ? !(value > f->min) : value < f->min;
     if (!low && value <= f->max) return SNELL_OK;
     char bounds[96];
-    if (isinf(f->max)) snprintf(bounds, sizeof bounds, "%s %g", f->flags & FIELD_OPEN_MIN ? "greater than" : "at least", f->min);
-    else snprintf(bounds, sizeof bounds, "%s %g and at most %g", f->flags & FIELD_OPEN_MIN ? "greater than" : "at least", f->min, f->max);
-    return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is %g; it must be %s", info->name, f->name, value, bounds);
+    if (isinf(f->max))
+        snprintf(bounds, sizeof bounds, "%s %g",
+                 f->flags & FIELD_OPEN_MIN ? "greater than" : "at least", f->min);
+    else
+        snprintf(bounds, sizeof bounds, "%s %g and at most %g",
+                 f->flags & FIELD_OPEN_MIN ? "greater than" : "at least", f->min, f->max);
+    return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is %g; it must be %s", info->name, f->name,
+                     value, bounds);
 }
 
 static snell_status check_vec3(const type_info *info, const field *f, snell_vec3 *v) {
@@ -218,8 +238,8 @@ static snell_status check_array(const type_info *info, const field *f, const arr
     const float *numbers = array->data;
     for (size_t i = 0; i < array->count * floats; i++)
         if (!isfinite(numbers[i]))
-            return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' %zu is not a finite number", info->name, f->name,
-                             i / floats);
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' %zu is not a finite number",
+                             info->name, f->name, i / floats);
     return SNELL_OK;
 }
 
@@ -230,7 +250,8 @@ static snell_status check_field(const type_info *info, const field *f, void *at)
         int words = 1;
         for (const char *c = f->choices; *c; c++) words += *c == '|';
         if (*(int32_t *)at >= 0 && *(int32_t *)at < words) return SNELL_OK;
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' must be one of %s", info->name, f->name, f->choices);
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' must be one of %s", info->name,
+                         f->name, f->choices);
     }
     case FIELD_FLOAT: return check_number(info, f, *(float *)at);
     case FIELD_VEC2: {
@@ -246,7 +267,8 @@ static snell_status check_field(const type_info *info, const field *f, void *at)
         const float *numbers = at;
         for (int i = 0; i < 12; i++)
             if (!isfinite(numbers[i]))
-                return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is not finite", info->name, f->name);
+                return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is not finite", info->name,
+                                 f->name);
         return SNELL_OK;
     }
     case FIELD_STRING:
@@ -261,7 +283,8 @@ snell_status desc_check(const type_info *info, void *desc, const bool *given) {
     for (uint32_t i = 0; i < info->field_count; i++) {
         const field *f = &info->fields[i];
         if ((f->flags & FIELD_REQUIRED) && given && !given[i])
-            return error_set(SNELL_ERR_ARGUMENT, f->help, "%s: '%s' is missing", info->name, f->name);
+            return error_set(SNELL_ERR_ARGUMENT, f->help, "%s: '%s' is missing", info->name,
+                             f->name);
         snell_status status = check_field(info, f, member(desc, f));
         if (status) return status;
     }
@@ -303,8 +326,10 @@ void desc_free(const type_info *info, void *desc) {
     for (uint32_t i = 0; i < info->field_count; i++) {
         const field *f = &info->fields[i];
         void *at = member(desc, f);
-        if (f->kind == FIELD_STRING) free(*(void **)at);
-        else if (field_element_size(f->kind)) free((void *)(uintptr_t)((array_member *)at)->data);
+        if (f->kind == FIELD_STRING)
+            free(*(void **)at);
+        else if (field_element_size(f->kind))
+            free((void *)(uintptr_t)((array_member *)at)->data);
     }
     free(desc);
 }

@@ -1,5 +1,6 @@
-/* A type describes itself once: DESCRIBE turns one list of fields into the description struct and the table that
- * the scene language, the importers, the C API, help texts and documentation all read.
+/* A type describes itself once: DESCRIBE turns one list of fields into the description struct and
+ * the table that the scene language, the importers, the C API, help texts and documentation all
+ * read.
  *
  *     #define SPHERE_FIELDS(F, T)                                          \
  *         F(T, center, VEC3, DEFAULT(0, 0, 0), ANY, "m", "the centre")     \
@@ -7,7 +8,8 @@
  *     DESCRIBE(sphere, SPHERE_FIELDS)
  *
  * gives `typedef struct sphere_desc { size_t size; vec3 center; float radius; } sphere_desc;` and
- * `static const field sphere_fields[]`. tools/gen_api prints the public struct snell_sphere_desc from the table. */
+ * `static const field sphere_fields[]`. tools/gen_api prints the public struct snell_sphere_desc
+ * from the table. */
 #ifndef SNELL_BASE_FIELD_H
 #define SNELL_BASE_FIELD_H
 
@@ -38,7 +40,7 @@ typedef enum field_kind {
 
 enum field_flags {
     FIELD_REQUIRED = 1,
-    FIELD_OPEN_MIN = 2,  /* the minimum itself is not allowed */
+    FIELD_OPEN_MIN = 2,   /* the minimum itself is not allowed */
     FIELD_UNIT_LENGTH = 4 /* a direction: any length but 0 is given, stored normalised */
 };
 
@@ -73,9 +75,12 @@ typedef struct type_info {
 } type_info;
 
 /* ---- the macros ---- */
-#define DEFAULT(...) {__VA_ARGS__}
-#define NO_DEFAULT {0}
-#define IDENTITY {0}
+#define DEFAULT(...)                                                                               \
+    { __VA_ARGS__ }
+#define NO_DEFAULT                                                                                 \
+    { 0 }
+#define IDENTITY                                                                                   \
+    { 0 }
 /* Ranges: minimum, maximum, flags, choices. */
 #define ANY -INFINITY, INFINITY, 0, NULL
 #define REQUIRED -INFINITY, INFINITY, FIELD_REQUIRED, NULL
@@ -99,40 +104,58 @@ typedef struct type_info {
 #define FIELD_MEMBER_TEXTURE(name) snell_texture_id name;
 #define FIELD_MEMBER_MATERIAL(name) snell_material_id name;
 #define FIELD_MEMBER_TRANSFORM(name) snell_transform name;
-#define FIELD_MEMBER_VEC3S(name) const snell_vec3 *name; size_t name##_count;
-#define FIELD_MEMBER_VEC2S(name) const snell_vec2 *name; size_t name##_count;
-#define FIELD_MEMBER_UINTS(name) const uint32_t *name; size_t name##_count;
-#define FIELD_MEMBER_BYTES(name) const void *name; size_t name##_count;
-#define FIELD_MEMBER_MATERIALS(name) const snell_material_id *name; size_t name##_count;
+#define FIELD_MEMBER_VEC3S(name)                                                                   \
+    const snell_vec3 *name;                                                                        \
+    size_t name##_count;
+#define FIELD_MEMBER_VEC2S(name)                                                                   \
+    const snell_vec2 *name;                                                                        \
+    size_t name##_count;
+#define FIELD_MEMBER_UINTS(name)                                                                   \
+    const uint32_t *name;                                                                          \
+    size_t name##_count;
+#define FIELD_MEMBER_BYTES(name)                                                                   \
+    const void *name;                                                                              \
+    size_t name##_count;
+#define FIELD_MEMBER_MATERIALS(name)                                                               \
+    const snell_material_id *name;                                                                 \
+    size_t name##_count;
 
-/* A list of fields is a macro of two arguments, passed on: what to do with each field, and the struct's name. */
+/* A list of fields is a macro of two arguments, passed on: what to do with each field, and the
+ * struct's name. */
 #define FIELD_MEMBER(type, name, kind, initial, range, unit, help) FIELD_MEMBER_##kind(name)
-#define FIELD_ROW(type, name, kind, initial, range, unit, help) \
+#define FIELD_ROW(type, name, kind, initial, range, unit, help)                                    \
     {#name, FIELD_##kind, offsetof(type, name), initial, range, unit, help},
 
-#define DESCRIBE_STRUCT(type, FIELDS)     \
-    typedef struct type##_desc {          \
-        size_t size;                      \
-        FIELDS(FIELD_MEMBER, type##_desc) \
+#define DESCRIBE_STRUCT(type, FIELDS)                                                              \
+    typedef struct type##_desc {                                                                   \
+        size_t size;                                                                               \
+        FIELDS(FIELD_MEMBER, type##_desc)                                                          \
     } type##_desc;
-#define DESCRIBE_TABLE(type, FIELDS) static const field type##_fields[] = {FIELDS(FIELD_ROW, type##_desc)};
-#define DESCRIBE(type, FIELDS) DESCRIBE_STRUCT(type, FIELDS) DESCRIBE_TABLE(type, FIELDS)
+#define DESCRIBE_TABLE(type, FIELDS)                                                               \
+    static const field type##_fields[] = {FIELDS(FIELD_ROW, type##_desc)};
+#define DESCRIBE(type, FIELDS)                                                                     \
+    DESCRIBE_STRUCT(type, FIELDS)                                                                  \
+    DESCRIBE_TABLE(type, FIELDS)
 
 /* The type_info of a DESCRIBEd type. */
-#define TYPE_INFO(category_, type, name_, help_) \
-    {category_, name_, help_, sizeof(type##_desc), type##_fields, (uint32_t)(sizeof type##_fields / sizeof type##_fields[0])}
+#define TYPE_INFO(category_, type, name_, help_)                                                   \
+    {                                                                                              \
+        category_, name_, help_, sizeof(type##_desc), type##_fields,                               \
+            (uint32_t)(sizeof type##_fields / sizeof type##_fields[0])                             \
+    }
 
 /* ---- working with any description (field.c) ---- */
 
 /* Fills desc (info->desc_size bytes) with the defaults; arrays are NULL, strings "". */
 void desc_init(const type_info *info, void *desc);
 const field *type_find_field(const type_info *info, const char *name);
-/* Sets one field from a generic parameter. Kinds are converted where that loses nothing (int to float, number to
- * grey, vec3 to input). Unknown names and wrong kinds: SNELL_ERR_ARGUMENT "sphere: unknown field 'radus'" with the hint
- * "did you mean 'radius'?". Arrays and strings are borrowed until desc_copy. */
+/* Sets one field from a generic parameter. Kinds are converted where that loses nothing (int to
+ * float, number to grey, vec3 to input). Unknown names and wrong kinds: SNELL_ERR_ARGUMENT "sphere:
+ * unknown field 'radus'" with the hint "did you mean 'radius'?". Arrays and strings are borrowed
+ * until desc_copy. */
 snell_status desc_set(const type_info *info, void *desc, const snell_param *param);
-/* Checks required fields (`given`: one bool per field, or NULL if all were given), ranges, NaN and infinity,
- * directions (normalised in place). Does not know about ids. */
+/* Checks required fields (`given`: one bool per field, or NULL if all were given), ranges, NaN and
+ * infinity, directions (normalised in place). Does not know about ids. */
 snell_status desc_check(const type_info *info, void *desc, const bool *given);
 /* Deep copy: strings and arrays are owned by the copy. NULL on lack of memory. */
 void *desc_copy(const type_info *info, const void *desc);
@@ -140,7 +163,8 @@ void desc_free(const type_info *info, void *desc);
 /* The width in bytes of an array element of this kind, 0 if it is no array. */
 size_t field_element_size(field_kind kind);
 const char *field_kind_name(field_kind kind); /* "colour", "number", ... for help texts */
-/* Index of `word` in "a|b|c", -1 if it is not there. choice_word copies the index-th word to out. */
+/* Index of `word` in "a|b|c", -1 if it is not there. choice_word copies the index-th word to out.
+ */
 int choice_find(const char *choices, const char *word);
 void choice_word(const char *choices, int index, char *out, size_t size);
 

@@ -11,7 +11,9 @@ void *memory_resize(void *old, size_t count, size_t size) {
     return realloc(old, bytes ? bytes : 1);
 }
 
-void *memory_zeroed(size_t count, size_t size) { return calloc(count ? count : 1, size ? size : 1); }
+void *memory_zeroed(size_t count, size_t size) {
+    return calloc(count ? count : 1, size ? size : 1);
+}
 
 void *memory_aligned(size_t size) {
     if (size > SIZE_MAX - 63) return NULL;

@@ -1,4 +1,3 @@
-#define _GNU_SOURCE
 #include "base/thread.h"
 
 #include <pthread.h>
@@ -50,7 +49,8 @@ static void *worker_main(void *argument) {
     uint64_t seen = 0;
     pthread_mutex_lock(&pool->lock);
     for (;;) {
-        while (!pool->stopping && pool->generation == seen) pthread_cond_wait(&pool->start, &pool->lock);
+        while (!pool->stopping && pool->generation == seen)
+            pthread_cond_wait(&pool->start, &pool->lock);
         if (pool->stopping) break;
         seen = pool->generation;
         pthread_mutex_unlock(&pool->lock);
@@ -82,8 +82,8 @@ snell_status thread_pool_create(uint32_t thread_count, thread_pool **out) {
         if (start == NULL || pthread_create(&pool->threads[i], NULL, worker_main, start) != 0) {
             free(start);
             thread_pool_destroy(pool);
-            return error_set(SNELL_ERR_MEMORY, "ask for fewer threads", "cannot start thread %u of %u", i + 1,
-                             thread_count);
+            return error_set(SNELL_ERR_MEMORY, "ask for fewer threads",
+                             "cannot start thread %u of %u", i + 1, thread_count);
         }
         pool->size = i + 1;
     }

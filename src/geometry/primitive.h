@@ -1,8 +1,8 @@
 /* What every shape implements. One file per shape; one line in shapes.def.
  *
- * The hit rule (ARCHITECTURE.md): a primitive is hit if its own test says so and the ray passes the primitive's own box
- * by the slab formula that nodes use; then t = max(t, box entry). The kernels do the second half; `intersect` is
- * the first half. */
+ * The hit rule (ARCHITECTURE.md): a primitive is hit if its own test says so and the ray passes the
+ * primitive's own box by the slab formula that nodes use; then t = max(t, box entry). The kernels
+ * do the second half; `intersect` is the first half. */
 #ifndef SNELL_GEOMETRY_PRIMITIVE_H
 #define SNELL_GEOMETRY_PRIMITIVE_H
 
@@ -18,8 +18,9 @@ typedef struct local_ray {
 /* A point on a surface, in the shape's own space (the scene brings it to the world). */
 typedef struct surface {
     dvec3 p;      /* re-projected: on the surface as exactly as double allows */
-    double error; /* bound on the distance, along n, between the true surface and what `intersect` and the kernel
-                     see of it for a ray starting near p, besides the rounding of the ray's own origin */
+    double error; /* bound on the distance, along n, between the true surface and what `intersect`
+                     and the kernel see of it for a ray starting near p, besides the rounding of the
+                     ray's own origin */
     dvec3 n;      /* geometric normal, unit, outward (counter-clockwise front) */
     dvec3 ns;     /* shading normal, unit, in n's hemisphere */
     double u, v;  /* texture coordinates */
@@ -35,13 +36,13 @@ typedef struct primitive_type {
     /* Beyond what the table can say; NULL: nothing. Reports with error_set. */
     snell_status (*check)(const void *desc);
     bounds3 (*bounds)(const void *desc); /* contains every point that intersect may return */
-    /* The nearest hit with ray->t_min < t < ray->t_max: sets t, u, v. NULL for meshes, whose triangles the
-     * kernels test themselves. */
+    /* The nearest hit with ray->t_min < t < ray->t_max: sets t, u, v. NULL for meshes, whose
+     * triangles the kernels test themselves. */
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
-    /* +1 inside, -1 outside: for closed shapes and half-spaces, to find the media around a point. NULL: encloses
-     * nothing or a mesh. */
+    /* +1 inside, -1 outside: for closed shapes and half-spaces, to find the media around a point.
+     * NULL: encloses nothing or a mesh. */
     int (*side)(const void *desc, dvec3 p);
 } primitive_type;
 

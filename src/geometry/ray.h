@@ -28,8 +28,8 @@ static inline ray ray_make(vec3 o, vec3 d, float t_min, float t_max) {
     return (ray){o, t_min, d, t_max, 0, ~0u, NO_ID, NO_ID, -INFINITY, 0, 0, 0};
 }
 
-/* miss: t = INFINITY and instance = NO_ID. u, v: barycentrics of vertices 1 and 2 of a triangle; free for the
- * primitive's own use otherwise (they come back to its surface function). */
+/* miss: t = INFINITY and instance = NO_ID. u, v: barycentrics of vertices 1 and 2 of a triangle;
+ * free for the primitive's own use otherwise (they come back to its surface function). */
 typedef struct hit {
     float t, u, v;
     uint32_t primitive; /* within the shape: triangle index, or 0 */

@@ -1,5 +1,5 @@
-/* One importer per file format family: it reads a file and fills a description. Importers run only in the sandboxed
- * program snell-import (apps/import), never in the host's process. */
+/* One importer per file format family: it reads a file and fills a description. Importers run only
+ * in the sandboxed program snell-import (apps/import), never in the host's process. */
 #ifndef SNELL_IMPORTERS_IMPORTER_H
 #define SNELL_IMPORTERS_IMPORTER_H
 
@@ -21,21 +21,25 @@ typedef struct importer {
     const char *help;       /* "glTF 2.0" */
     /* Does the content look like this format? first: the file's first bytes (at most 4096). */
     bool (*recognise)(const char *extension, const uint8_t *first, size_t size);
-    /* Fills d. Errors by error_set_at with the file as it was typed, line and column where known. */
+    /* Fills d. Errors by error_set_at with the file as it was typed, line and column where known.
+     */
     snell_status (*read)(const char *path, const import_options *options, description *d);
 } importer;
 
-extern const importer *const importers[]; /* NULL at the end; the first that recognises the file reads it */
+extern const importer
+    *const importers[]; /* NULL at the end; the first that recognises the file reads it */
 
 /* Chooses by format name (may be NULL), extension and content, and reads. */
-snell_status import_file(const char *path, const char *format, const import_options *options, description *d);
+snell_status import_file(const char *path, const char *format, const import_options *options,
+                         description *d);
 
 /* ---- the parent's side: starts snell-import, waits, checks its records (helper.c) ---- */
 typedef struct helper_options {
     import_options import;
     const char *format;
-    double time_max;                             /* CPU seconds */
-    bool (*progress)(void *user, double fraction); /* false: kill the helper, SNELL_CANCELLED; may be NULL */
+    double time_max; /* CPU seconds */
+    bool (*progress)(void *user,
+                     double fraction); /* false: kill the helper, SNELL_CANCELLED; may be NULL */
     void *user;
 } helper_options;
 snell_status helper_import(const char *path, const helper_options *options, description *d);

@@ -1,5 +1,5 @@
-/* Elementary functions whose bits do not depend on the machine: SLEEF's reproducible set without FMA, at most 1 ulp
- * off. libm must not be used for these anywhere that can reach a pixel. */
+/* Elementary functions whose bits do not depend on the machine: SLEEF's reproducible set without
+ * FMA, at most 1 ulp off. libm must not be used for these anywhere that can reach a pixel. */
 #ifndef SNELL_MATHS_FUNCTIONS_H
 #define SNELL_MATHS_FUNCTIONS_H
 

@@ -48,7 +48,8 @@ double transform_determinant(const transform *t) {
     double m[3][3];
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) m[i][j] = t->m[i][j];
-    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) - m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+    return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+           m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
            m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
 }
 
@@ -83,14 +84,16 @@ dvec3 transform_point(const transform *m, dvec3 p) {
 
 dvec3 transform_vector(const transform *m, dvec3 v) {
     double r[3];
-    for (int i = 0; i < 3; i++) r[i] = (double)m->m[i][0] * v.x + (double)m->m[i][1] * v.y + (double)m->m[i][2] * v.z;
+    for (int i = 0; i < 3; i++)
+        r[i] = (double)m->m[i][0] * v.x + (double)m->m[i][1] * v.y + (double)m->m[i][2] * v.z;
     return (dvec3){r[0], r[1], r[2]};
 }
 
 dvec3 transform_normal(const transform *inverse, dvec3 n) {
     double r[3];
     for (int j = 0; j < 3; j++)
-        r[j] = (double)inverse->m[0][j] * n.x + (double)inverse->m[1][j] * n.y + (double)inverse->m[2][j] * n.z;
+        r[j] = (double)inverse->m[0][j] * n.x + (double)inverse->m[1][j] * n.y +
+               (double)inverse->m[2][j] * n.z;
     return (dvec3){r[0], r[1], r[2]};
 }
 
@@ -98,7 +101,8 @@ bounds3 transform_bounds(const transform *m, bounds3 b) {
     if (bounds3_is_empty(b)) return b;
     dvec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
     for (int i = 0; i < 8; i++) {
-        dvec3 corner = {i & 1 ? b.max.x : b.min.x, i & 2 ? b.max.y : b.min.y, i & 4 ? b.max.z : b.min.z};
+        dvec3 corner = {i & 1 ? b.max.x : b.min.x, i & 2 ? b.max.y : b.min.y,
+                        i & 4 ? b.max.z : b.min.z};
         dvec3 p = transform_point(m, corner);
         low = (dvec3){double_min(low.x, p.x), double_min(low.y, p.y), double_min(low.z, p.z)};
         high = (dvec3){double_max(high.x, p.x), double_max(high.y, p.y), double_max(high.z, p.z)};

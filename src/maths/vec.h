@@ -1,6 +1,7 @@
-/* Vectors, transforms and bounds. vec3 (float) is what is stored and traced; dvec3 (double) is what shading
- * and surface data are computed in. Minima and maxima are spelt a < b ? a : b: on NaN the second wins, in C
- * and in SIMD alike. Nothing here calls libm except sqrt and fabs, which IEEE 754 defines exactly. */
+/* Vectors, transforms and bounds. vec3 (float) is what is stored and traced; dvec3 (double) is what
+ * shading and surface data are computed in. Minima and maxima are spelt a < b ? a : b: on NaN the
+ * second wins, in C and in SIMD alike. Nothing here calls libm except sqrt and fabs, which IEEE 754
+ * defines exactly. */
 #ifndef SNELL_MATHS_VEC_H
 #define SNELL_MATHS_VEC_H
 
@@ -12,7 +13,9 @@ typedef snell_vec2 vec2;
 typedef snell_vec3 vec3;
 typedef snell_bounds bounds3;
 typedef snell_transform transform;
-typedef struct dvec3 { double x, y, z; } dvec3;
+typedef struct dvec3 {
+    double x, y, z;
+} dvec3;
 
 static inline float float_min(float a, float b) { return a < b ? a : b; }
 static inline float float_max(float a, float b) { return a > b ? a : b; }
@@ -25,8 +28,12 @@ static inline vec3 vec3_add(vec3 a, vec3 b) { return (vec3){a.x + b.x, a.y + b.y
 static inline vec3 vec3_sub(vec3 a, vec3 b) { return (vec3){a.x - b.x, a.y - b.y, a.z - b.z}; }
 static inline vec3 vec3_mul(vec3 a, vec3 b) { return (vec3){a.x * b.x, a.y * b.y, a.z * b.z}; }
 static inline vec3 vec3_scale(vec3 a, float s) { return (vec3){a.x * s, a.y * s, a.z * s}; }
-static inline vec3 vec3_min(vec3 a, vec3 b) { return (vec3){float_min(a.x, b.x), float_min(a.y, b.y), float_min(a.z, b.z)}; }
-static inline vec3 vec3_max(vec3 a, vec3 b) { return (vec3){float_max(a.x, b.x), float_max(a.y, b.y), float_max(a.z, b.z)}; }
+static inline vec3 vec3_min(vec3 a, vec3 b) {
+    return (vec3){float_min(a.x, b.x), float_min(a.y, b.y), float_min(a.z, b.z)};
+}
+static inline vec3 vec3_max(vec3 a, vec3 b) {
+    return (vec3){float_max(a.x, b.x), float_max(a.y, b.y), float_max(a.z, b.z)};
+}
 static inline float vec3_largest(vec3 a) { return float_max(float_max(a.x, a.y), a.z); }
 
 /* ---- double ---- */
@@ -60,29 +67,40 @@ static inline void dvec3_frame(dvec3 n, dvec3 *t, dvec3 *b) {
 static inline bounds3 bounds3_empty(void) {
     return (bounds3){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 }
-static inline bool bounds3_is_empty(bounds3 b) { return !(b.min.x <= b.max.x && b.min.y <= b.max.y && b.min.z <= b.max.z); }
-static inline bounds3 bounds3_add_point(bounds3 b, vec3 p) { return (bounds3){vec3_min(b.min, p), vec3_max(b.max, p)}; }
-static inline bounds3 bounds3_union(bounds3 a, bounds3 b) { return (bounds3){vec3_min(a.min, b.min), vec3_max(a.max, b.max)}; }
+static inline bool bounds3_is_empty(bounds3 b) {
+    return !(b.min.x <= b.max.x && b.min.y <= b.max.y && b.min.z <= b.max.z);
+}
+static inline bounds3 bounds3_add_point(bounds3 b, vec3 p) {
+    return (bounds3){vec3_min(b.min, p), vec3_max(b.max, p)};
+}
+static inline bounds3 bounds3_union(bounds3 a, bounds3 b) {
+    return (bounds3){vec3_min(a.min, b.min), vec3_max(a.max, b.max)};
+}
 /* Half the surface area, in double so that a huge box does not overflow; 0 when empty. */
 static inline double bounds3_half_area(bounds3 b) {
     if (bounds3_is_empty(b)) return 0;
-    double x = (double)b.max.x - b.min.x, y = (double)b.max.y - b.min.y, z = (double)b.max.z - b.min.z;
+    double x = (double)b.max.x - b.min.x, y = (double)b.max.y - b.min.y,
+           z = (double)b.max.z - b.min.z;
     return x * y + y * z + z * x;
 }
 /* The smallest float box around a box in double: bounds round outwards. */
 bounds3 bounds3_outward(dvec3 low, dvec3 high);
 
 /* ---- transforms (float storage, double arithmetic) ---- */
-static inline transform transform_identity(void) { return (transform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}; }
+static inline transform transform_identity(void) {
+    return (transform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+}
 bool transform_is_identity(const transform *m);
 transform transform_multiply(const transform *a, const transform *b); /* b is applied first */
-double transform_determinant(const transform *m);                    /* of the linear part */
-bool transform_inverse(const transform *m, transform *out);           /* false: singular or not finite */
+double transform_determinant(const transform *m);                     /* of the linear part */
+bool transform_inverse(const transform *m, transform *out); /* false: singular or not finite */
 dvec3 transform_point(const transform *m, dvec3 p);
 dvec3 transform_vector(const transform *m, dvec3 v);
-/* By the transpose of `inverse`'s linear part: with the inverse of m, a normal under m. Not normalised. */
+/* By the transpose of `inverse`'s linear part: with the inverse of m, a normal under m. Not
+ * normalised. */
 dvec3 transform_normal(const transform *inverse, dvec3 n);
-bounds3 transform_bounds(const transform *m, bounds3 b); /* of the eight corners, rounded outwards; empty stays empty */
+bounds3 transform_bounds(const transform *m,
+                         bounds3 b); /* of the eight corners, rounded outwards; empty stays empty */
 
 /* The float before and after a finite x. */
 float float_below(float x);

@@ -1,8 +1,9 @@
-/* The scene description: what importers write, what the C API edits, what `commit` freezes. Plain data; no light is
- * computed from it and no file is read by it.
+/* The scene description: what importers write, what the C API edits, what `commit` freezes. Plain
+ * data; no light is computed from it and no file is read by it.
  *
- * Objects of one category are numbered from 0 in the order of adding; a public id is {index + 1, generation}.
- * Everything is checked here, once: an importer may hand over whatever its file says. */
+ * Objects of one category are numbered from 0 in the order of adding; a public id is {index + 1,
+ * generation}. Everything is checked here, once: an importer may hand over whatever its file says.
+ */
 #ifndef SNELL_SCENE_DESCRIPTION_H
 #define SNELL_SCENE_DESCRIPTION_H
 
@@ -12,11 +13,13 @@
 
 typedef struct object {
     const type_info *type;
-    void *desc;  /* type->desc_size bytes, owned */
-    char *name;  /* owned; "" when unnamed; unique in its category otherwise (importers add ".2" where a file repeats) */
-    char *file;  /* owned; "" when it came through the API */
+    void *desc; /* type->desc_size bytes, owned */
+    char *name; /* owned; "" when unnamed; unique in its category otherwise (importers add ".2"
+                   where a file repeats) */
+    char *file; /* owned; "" when it came through the API */
     uint32_t line;
-    uint32_t generation; /* of the id; instances that are removed keep their slot with the next generation */
+    uint32_t generation; /* of the id; instances that are removed keep their slot with the next
+                            generation */
 } object;
 
 typedef struct object_list {
@@ -39,7 +42,8 @@ typedef struct scene_param {
     char *name, *kind, *value, *default_value, *help;
 } scene_param;
 
-/* A warning or note of an importer, passed to the log of the context by the reader; strings owned. */
+/* A warning or note of an importer, passed to the log of the context by the reader; strings owned.
+ */
 typedef struct import_message {
     snell_severity severity;
     char *text, *hint, *file;
@@ -54,8 +58,8 @@ typedef struct description {
     size_t param_count, param_capacity;
     import_message *messages;
     size_t message_count, message_capacity;
-    char format[16];  /* "gltf", "lua", ...; "" without a file */
-    bool is_model;    /* a model file rather than a scene: its picture is toned with `neutral` */
+    char format[16]; /* "gltf", "lua", ...; "" without a file */
+    bool is_model;   /* a model file rather than a scene: its picture is toned with `neutral` */
 } description;
 
 typedef struct object_source {
@@ -67,29 +71,33 @@ typedef struct object_source {
 snell_status description_create(description **out);
 void description_destroy(description *d);
 
-/* Adds an object of the named type from generic parameters, each of which is one of the type's fields.
- * Errors: SNELL_ERR_ARGUMENT with a text such as "sphere: unknown field 'radus'" and a hint; the caller adds the
- * place with error_place. *index is the object's number. Settings ("render", "background", "ambient") may be added
- * once each. */
-snell_status description_add(description *d, category category, const char *type, const snell_param *params,
-                             size_t count, object_source source, uint32_t *index);
+/* Adds an object of the named type from generic parameters, each of which is one of the type's
+ * fields. Errors: SNELL_ERR_ARGUMENT with a text such as "sphere: unknown field 'radus'" and a
+ * hint; the caller adds the place with error_place. *index is the object's number. Settings
+ * ("render", "background", "ambient") may be added once each. */
+snell_status description_add(description *d, category category, const char *type,
+                             const snell_param *params, size_t count, object_source source,
+                             uint32_t *index);
 /* The same from a filled description struct, which is copied. */
-snell_status description_add_desc(description *d, const type_info *type, const void *desc, object_source source,
-                                  uint32_t *index);
-snell_status description_add_instance(description *d, uint32_t shape, uint32_t material, const transform *to_world,
-                                      object_source source, uint32_t *index);
-snell_status description_add_param(description *d, const char *name, const char *kind, const char *value,
-                                   const char *default_value, const char *help);
+snell_status description_add_desc(description *d, const type_info *type, const void *desc,
+                                  object_source source, uint32_t *index);
+snell_status description_add_instance(description *d, uint32_t shape, uint32_t material,
+                                      const transform *to_world, object_source source,
+                                      uint32_t *index);
+snell_status description_add_param(description *d, const char *name, const char *kind,
+                                   const char *value, const char *default_value, const char *help);
 /* A warning or note about the file; at most 200 are kept, repeated texts once. */
-snell_status description_add_message(description *d, snell_severity severity, const char *file, uint32_t line,
-                                     const char *hint, const char *format, ...) PRINTF_LIKE(6, 7);
+snell_status description_add_message(description *d, snell_severity severity, const char *file,
+                                     uint32_t line, const char *hint, const char *format, ...)
+    PRINTF_LIKE(6, 7);
 
 /* NULL when there is none. */
 object *description_find(const description *d, category category, const char *name);
 const object *description_setting(const description *d, const char *type);
 const type_info *type_find(category category, const char *name);
 /* "sphere:12" for the unnamed, the name otherwise; into out. */
-void description_object_label(const description *d, category category, uint32_t index, char *out, size_t size);
+void description_object_label(const description *d, category category, uint32_t index, char *out,
+                              size_t size);
 
 /* Every registered type of every category, for documentation and help. NULL at the end. */
 const type_info *type_at(uint32_t index);
