@@ -24,7 +24,7 @@ static void defaults_come_from_the_table(void **state) {
     (void)state;
     ball_desc ball;
     desc_init(&ball_type, &ball);
-    assert_int_equal(ball.size, sizeof ball);
+    assert_int_equal(ball.struct_size, sizeof ball);
     assert_true(ball.center.y == 1 && ball.radius == 1 && ball.indices == NULL);
 }
 

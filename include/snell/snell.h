@@ -117,14 +117,14 @@ typedef enum snell_isa {
 } snell_isa;
 
 typedef struct snell_context_desc {
-    size_t size;
+    size_t struct_size;
     snell_log_fn *log; /* NULL: silent; may be called from any thread, one call at a time */
     void *user;
     uint32_t thread_count; /* 0: the CPUs this process may use, cgroup limit included */
     snell_isa isa_max;     /* the picture does not depend on it */
 } snell_context_desc;
 
-SNELL_API snell_context_desc snell_context_desc_init(size_t size);
+SNELL_API snell_context_desc snell_context_desc_init(size_t struct_size);
 SNELL_API snell_status snell_context_create(const snell_context_desc *desc,
                                             snell_context **out); /* desc may be NULL */
 SNELL_API void snell_context_destroy(snell_context *context);     /* NULL is fine, here and below */
@@ -140,7 +140,7 @@ SNELL_API const char *snell_features(const char **missing);
  * ------------------------------------------------------------------------ */
 
 typedef struct snell_progress {
-    size_t size;
+    size_t struct_size;
     const char *phase;             /* "read", "build", "render", "write" */
     double fraction, seconds_left; /* fraction in [0,1]; seconds negative while unknown */
     uint64_t rays_traced;
@@ -151,7 +151,7 @@ typedef struct snell_progress {
 typedef bool snell_progress_fn(void *user, const snell_progress *progress);
 
 typedef struct snell_load_desc {
-    size_t size;
+    size_t struct_size;
     const char *const *params; /* "name=value", for param() in a scene program */
     size_t param_count;
     const char *const *asset_dirs; /* readable besides the file's own folder */
@@ -168,7 +168,7 @@ typedef struct snell_load_desc {
     void *user;
 } snell_load_desc;
 
-SNELL_API snell_load_desc snell_load_desc_init(size_t size);
+SNELL_API snell_load_desc snell_load_desc_init(size_t struct_size);
 SNELL_API snell_status snell_scene_create(snell_context *context, snell_scene **out);
 SNELL_API void snell_scene_destroy(snell_scene *scene);
 /* Adds the file's objects to the scene; on failure the scene is as before. */
@@ -256,7 +256,7 @@ SNELL_API snell_status snell_scene_bounds(
 
 /* What is in a scene; strings are owned by the scene and live until its next edit. */
 typedef struct snell_scene_stats {
-    size_t size;
+    size_t struct_size;
     const char *format; /* of the last file loaded, "" for none */
     uint64_t instance_count, primitive_count,
         triangle_count; /* primitives and triangles as instanced */
@@ -266,7 +266,7 @@ typedef struct snell_scene_stats {
     bool has_emission, has_background, has_ambient, has_dielectric;
 } snell_scene_stats;
 SNELL_API snell_status snell_scene_get_stats(
-    const snell_scene *scene, snell_scene_stats *out); /* out->size set by the caller */
+    const snell_scene *scene, snell_scene_stats *out); /* out->struct_size set by the caller */
 
 typedef struct snell_object_info {
     const char *type, *name;
@@ -323,11 +323,11 @@ typedef enum snell_integrator {
 } snell_integrator;
 
 typedef struct snell_view { /* a perspective camera by value: moving it needs no commit */
-    size_t size;
+    size_t struct_size;
     snell_vec3 from, at, up;
     float fov; /* vertical, radians, in (0, pi) */
 } snell_view;
-SNELL_API snell_view snell_view_init(size_t size);
+SNELL_API snell_view snell_view_init(size_t struct_size);
 /* Looks at the bounds' centre from {azimuth, elevation} (radians; 0,0 is +Z, azimuth turns towards
  * +X) so that the bounding sphere fits the smaller side of an image with the given width / height.
  * Keeps fov and up. */
@@ -335,7 +335,7 @@ SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bo
                                         float elevation, float aspect);
 
 typedef struct snell_render_desc {
-    size_t size;
+    size_t struct_size;
     snell_camera_id camera; /* {0}: the scene's first */
     const snell_view *view; /* if not NULL, instead of camera */
     snell_integrator integrator;
@@ -356,7 +356,7 @@ typedef struct snell_render_desc {
 } snell_render_desc;
 
 typedef struct snell_render_stats {
-    size_t size;
+    size_t struct_size;
     uint64_t rays_camera, rays_reflected, rays_refracted, rays_shadow,
         rays_continued; /* continued: walked on through transparent surfaces */
     uint64_t nodes, boxes, triangles, primitives; /* tests done by the kernel, summed over rays */
@@ -370,13 +370,13 @@ typedef struct snell_render_stats {
 SNELL_API snell_status snell_scene_settings(const snell_scene *scene, snell_integrator integrator,
                                             snell_render_desc *out);
 typedef struct snell_image_desc {
-    size_t size;
+    size_t struct_size;
     const char *tonemap; /* "clip", "neutral", ...; NULL: the film's default from its scene */
     float exposure;      /* stops */
     bool exposure_set;   /* false: the film's default from its scene */
     const char *tag; /* text stored in the file (PNG "snell" chunk, EXR attribute); NULL: none */
 } snell_image_desc;
-SNELL_API snell_image_desc snell_image_desc_init(size_t size);
+SNELL_API snell_image_desc snell_image_desc_init(size_t struct_size);
 
 SNELL_API snell_status snell_film_create(snell_context *context, snell_film **out);
 SNELL_API void snell_film_destroy(snell_film *film);
@@ -385,7 +385,7 @@ SNELL_API void snell_film_destroy(snell_film *film);
 SNELL_API snell_status snell_render(const snell_scene *scene, const snell_render_desc *desc,
                                     snell_film *film);
 SNELL_API snell_status snell_film_get_stats(
-    const snell_film *film, snell_render_stats *out); /* out->size set by the caller */
+    const snell_film *film, snell_render_stats *out); /* out->struct_size set by the caller */
 /* Linear radiance, interleaved RGB (channels 3) or RGBA premultiplied (4, when transparent), rows,
  * top first; borrowed until the next render or destroy. */
 SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width, uint32_t *height,
@@ -402,13 +402,13 @@ SNELL_API snell_status snell_film_encode(const snell_film *film, const char *for
 SNELL_API void snell_free(void *data);
 
 typedef struct snell_picture_info {
-    size_t size;
+    size_t struct_size;
     char format[8]; /* "png", "exr", "pfm", "ppm" */
     uint32_t width, height, channels, bits;
     char *tag; /* how snell made it; "" when snell did not; freed with snell_free */
 } snell_picture_info;
 SNELL_API snell_status snell_picture_read_info(
-    const char *path, snell_picture_info *out); /* out->size set by the caller */
+    const char *path, snell_picture_info *out); /* out->struct_size set by the caller */
 
 /* ---- what there is: the types' own tables, for help texts, documentation and bindings
  * -------------------- */

@@ -7,9 +7,9 @@
  *         F(T, radius, FLOAT, DEFAULT(1), POSITIVE, "m", "the radius")
  *     DESCRIBE(sphere, SPHERE_FIELDS)
  *
- * gives `typedef struct sphere_desc { size_t size; vec3 center; float radius; } sphere_desc;` and
- * `static const field sphere_fields[]`. tools/gen_api prints the public struct snell_sphere_desc
- * from the table. */
+ * gives `typedef struct sphere_desc { size_t struct_size; vec3 center; float radius; }
+ * sphere_desc;` and `static const field sphere_fields[]`. tools/gen_api prints the public struct
+ * snell_sphere_desc from the table. */
 #ifndef SNELL_BASE_FIELD_H
 #define SNELL_BASE_FIELD_H
 
@@ -87,6 +87,7 @@ typedef struct type_info {
 #define POSITIVE 0, INFINITY, FIELD_OPEN_MIN, NULL
 #define NOT_NEGATIVE 0, INFINITY, 0, NULL
 #define RANGE(low, high) low, high, 0, NULL
+#define REQUIRED_RANGE(low, high) low, high, FIELD_REQUIRED, NULL
 #define DIRECTION -INFINITY, INFINITY, FIELD_UNIT_LENGTH, NULL
 #define REQUIRED_DIRECTION -INFINITY, INFINITY, FIELD_UNIT_LENGTH | FIELD_REQUIRED, NULL
 #define CHOICES(words) 0, 255, 0, words
@@ -128,7 +129,7 @@ typedef struct type_info {
 
 #define DESCRIBE_STRUCT(type, FIELDS)                                                              \
     typedef struct type##_desc {                                                                   \
-        size_t size;                                                                               \
+        size_t struct_size;                                                                        \
         FIELDS(FIELD_MEMBER, type##_desc)                                                          \
     } type##_desc;
 #define DESCRIBE_TABLE(type, FIELDS)                                                               \

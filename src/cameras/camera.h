@@ -1,0 +1,33 @@
+/* From a place in the picture to a ray. One file per camera; one line in cameras.def. */
+#ifndef SNELL_CAMERAS_CAMERA_H
+#define SNELL_CAMERAS_CAMERA_H
+
+#include "base/field.h"
+#include "maths/vec.h"
+
+/* x, y: place in the whole picture in pixels from the top left corner; width, height: its size in
+ * pixels. */
+typedef struct camera_sample {
+    double x, y, width, height;
+} camera_sample;
+
+typedef struct camera_type {
+    type_info info;
+    snell_status (*check)(const void *desc);
+    void (*ray)(const void *desc, const camera_sample *sample, vec3 *o,
+                vec3 *d); /* d: unit, rounded */
+    vec3 (*position)(const void *desc);
+} camera_type;
+
+extern const camera_type *const camera_types[];
+extern const uint32_t camera_type_count;
+extern const camera_type camera_perspective; /* snell_view is one of these by value */
+
+#define PERSPECTIVE_FIELDS(F, T)                                                                   \
+    F(T, from, VEC3, DEFAULT(0, 0, 5), ANY, "m", "where the eye is")                               \
+    F(T, at, VEC3, DEFAULT(0, 0, 0), ANY, "m", "what it looks at")                                 \
+    F(T, up, VEC3, DEFAULT(0, 1, 0), DIRECTION, "", "what is up in the picture")                   \
+    F(T, fov, FLOAT, DEFAULT(0.6981317f), RANGE(1e-4, 3.1415), "rad", "vertical field of view")
+DESCRIBE_STRUCT(perspective, PERSPECTIVE_FIELDS)
+
+#endif

@@ -1,0 +1,33 @@
+#include "image/srgb.h"
+
+#include <pthread.h>
+
+#include "maths/functions.h"
+
+double srgb_decode(double encoded) {
+    return encoded <= 0.04045 ? encoded / 12.92 : fn_pow((encoded + 0.055) / 1.055, 2.4);
+}
+
+double srgb_encode(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * fn_pow(linear, 1 / 2.4) - 0.055;
+}
+
+static float decoded[256], plain[256];
+static pthread_once_t once = PTHREAD_ONCE_INIT;
+
+static void fill(void) {
+    for (int i = 0; i < 256; i++) {
+        plain[i] = (float)(i / 255.0);
+        decoded[i] = (float)srgb_decode(i / 255.0);
+    }
+}
+
+const float *srgb_table(void) {
+    pthread_once(&once, fill);
+    return decoded;
+}
+
+const float *unorm_table(void) {
+    pthread_once(&once, fill);
+    return plain;
+}

@@ -1,0 +1,10 @@
+/* The sRGB transfer function (IEC 61966-2-1). */
+#ifndef SNELL_IMAGE_SRGB_H
+#define SNELL_IMAGE_SRGB_H
+
+double srgb_decode(double encoded); /* 0..1 to linear */
+double srgb_encode(double linear);  /* linear, >= 0, to 0..1 and beyond */
+const float *srgb_table(void);      /* srgb_decode(i / 255), i = 0..255 */
+const float *unorm_table(void);     /* i / 255 */
+
+#endif

@@ -1,0 +1,25 @@
+/* Modified Blinn-Phong: (R/pi + k_s (n.h)^p) max(0, n.l) (Cornell CS4620, "Specular shading"). Not
+ * normalised: it may reflect more than it receives. */
+#include "materials/material.h"
+
+#define BLINN_PHONG_FIELDS(F, T)                                                                   \
+    MATERIAL_FIELDS(F, T)                                                                          \
+    F(T, color, INPUT, DEFAULT(0.8f, 0.8f, 0.8f), NOT_NEGATIVE, "", "R: the diffuse reflectance")  \
+    F(T, specular, INPUT, DEFAULT(0.3f, 0.3f, 0.3f), NOT_NEGATIVE, "1/sr",                         \
+      "k_s: the strength of the highlight")                                                        \
+    F(T, exponent, FLOAT, DEFAULT(50), RANGE(0, 1e6), "", "p: higher is sharper")
+DESCRIBE(blinn_phong, BLINN_PHONG_FIELDS)
+
+static void fill(const void *desc, const material_point *point, bsdf *out) {
+    const blinn_phong_desc *m = desc;
+    dvec3 color = dvec3_mul(input_color(&m->color, point->textures, &point->at), point->tint);
+    bsdf_add(out, &lobe_lambert, color, 0);
+    bsdf_add(out, &lobe_blinn_phong, input_color(&m->specular, point->textures, &point->at),
+             (double)m->exponent);
+}
+
+const material_type material_blinn_phong = {
+    .info = TYPE_INFO(CATEGORY_MATERIAL, blinn_phong, "blinn_phong",
+                      "matte with a highlight, the modified form"),
+    .fill = fill,
+};

@@ -1,0 +1,42 @@
+/* A mirror coat over another material: L = L_a + L_r + L_m (Cornell CS4620, "Mirror reflection").
+ * L_a and L_r are the base's; L_m = reflectance * Trace(reflect), or Fresnel's reflectance where an
+ * ior is given. */
+#include "materials/material.h"
+
+#include "base/error.h"
+
+#define GLAZED_FIELDS(F, T)                                                                        \
+    MATERIAL_FIELDS(F, T)                                                                          \
+    F(T, base, MATERIAL, NO_DEFAULT, REQUIRED, "",                                                 \
+      "what is under the glaze; it traces no rays of its own")                                     \
+    F(T, reflectance, INPUT, DEFAULT(0.1f, 0.1f, 0.1f), NOT_NEGATIVE, "", "the mirrored fraction") \
+    F(T, ior, FLOAT, DEFAULT(0), RANGE(0, 10), "",                                                 \
+      "1 or more: the mirrored fraction is Fresnel's instead")
+DESCRIBE(glazed, GLAZED_FIELDS)
+
+static snell_status check(const void *desc) {
+    const glazed_desc *m = desc;
+    if (m->ior != 0 && m->ior < 1)
+        return error_set(SNELL_ERR_ARGUMENT, "leave it out for a constant reflectance",
+                         "glazed: 'ior' must be at least 1");
+    return SNELL_OK;
+}
+
+static void fill(const void *desc, const material_point *point, bsdf *out) {
+    const glazed_desc *m = desc;
+    const material *base = &point->materials[m->base.index1 - 1];
+    base->type->fill(base->desc, point, out);
+    int kept = 0; /* the base's own traced lobes are left out */
+    for (int i = 0; i < out->lobe_count; i++)
+        if (out->lobes[i].type->evaluate) out->lobes[kept++] = out->lobes[i];
+    out->lobe_count = kept;
+    dvec3 weight =
+        m->ior > 0 ? (dvec3){1, 1, 1} : input_color(&m->reflectance, point->textures, &point->at);
+    bsdf_add(out, &lobe_mirror, weight, (double)m->ior);
+}
+
+const material_type material_glazed = {
+    .info = TYPE_INFO(CATEGORY_MATERIAL, glazed, "glazed", "a mirror coat over another material"),
+    .check = check,
+    .fill = fill,
+};

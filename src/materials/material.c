@@ -1,0 +1,29 @@
+#include "materials/material.h"
+
+#define MATERIAL(name) extern const material_type material_##name;
+#include "materials/materials.def"
+#undef MATERIAL
+const material_type *const material_types[] = {
+#define MATERIAL(name) &material_##name,
+#include "materials/materials.def"
+#undef MATERIAL
+};
+const uint32_t material_type_count = sizeof material_types / sizeof material_types[0];
+
+double material_alpha(const material *m, const material_point *point) {
+    const material_common *common = m->desc;
+    double alpha = input_scalar(&common->alpha, point->textures, &point->at) * point->alpha;
+    if (common->alpha_cutoff > 0) return alpha < (double)common->alpha_cutoff ? 0 : 1;
+    return clamp01(alpha);
+}
+
+void material_evaluate(const material *m, const material_point *point, bsdf *out) {
+    const material_common *common = m->desc;
+    out->lobe_count = 0;
+    out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
+    out->ambient = dvec3_from(common->ambient);
+    out->emission = point->outside || common->emit_two_sided
+                        ? input_color(&common->emission, point->textures, &point->at)
+                        : (dvec3){0, 0, 0};
+    m->type->fill(m->desc, point, out);
+}

@@ -1,0 +1,71 @@
+/* Materials, apart from geometry: one file per scattering model; one line in materials.def. */
+#ifndef SNELL_MATERIALS_MATERIAL_H
+#define SNELL_MATERIALS_MATERIAL_H
+
+#include "materials/bsdf.h"
+#include "textures/texture.h"
+
+/* Fields that every material has, first in its table. */
+#define MATERIAL_FIELDS(F, T)                                                                      \
+    F(T, emission, INPUT, DEFAULT(0, 0, 0), NOT_NEGATIVE, "W/(m^2 sr)",                            \
+      "radiance that it sends out")                                                                \
+    F(T, emit_two_sided, BOOL, DEFAULT(0), ANY, "", "emit from the inside too")                    \
+    F(T, ambient, COLOR, DEFAULT(1, 1, 1), NOT_NEGATIVE, "",                                       \
+      "k_a: how much of the scene's ambient light it shows")                                       \
+    F(T, alpha, SCALAR, DEFAULT(1), RANGE(0, 1), "",                                               \
+      "opacity: 0 lets rays pass as if nothing were there")                                        \
+    F(T, alpha_cutoff, FLOAT, DEFAULT(0), RANGE(0, 2), "", "above 0: alpha below it is 0, else 1") \
+    F(T, shadow, CHOICE, DEFAULT(0), CHOICES("filter|opaque|none"), "",                            \
+      "filter: glass and alpha let light through")
+
+enum { SHADOW_FILTER, SHADOW_OPAQUE, SHADOW_NONE };
+
+typedef struct material_common {
+    size_t struct_size;
+    MATERIAL_FIELDS(FIELD_MEMBER, material_common)
+} material_common;
+
+/* What a dielectric's inside does to light; NULL-able pointer elsewhere. */
+typedef struct medium {
+    double ior;
+    dvec3 absorption; /* a of exp(-a d), per metre */
+    int32_t priority; /* where solids overlap the higher one is present */
+} medium;
+
+typedef struct material material;
+
+/* Everything that a material may look at. */
+typedef struct material_point {
+    texture_point at;
+    dvec3 tint;   /* vertex colour */
+    double alpha; /* vertex alpha */
+    bool outside; /* wo is on the side of the outward normal */
+    const texture *textures;
+    const material *materials; /* the frozen scene's: for materials made of others */
+} material_point;
+
+typedef struct material_type {
+    type_info info;
+    snell_status (*check)(const void *desc); /* beyond the table; NULL: nothing */
+    /* Adds this model's lobes for this point. */
+    void (*fill)(const void *desc, const material_point *point, bsdf *out);
+    /* The medium inside closed shapes of this material; NULL: it does not bound one. */
+    medium (*inside)(const void *desc);
+} material_type;
+
+extern const material_type *const material_types[];
+extern const uint32_t material_type_count;
+
+/* A frozen material. */
+struct material {
+    const material_type *type;
+    const void *desc;  /* begins with material_common */
+    bool opaque_alpha; /* alpha is 1 everywhere: shadow rays need not look */
+};
+
+/* The whole bsdf: common fields and lobes. */
+void material_evaluate(const material *m, const material_point *point, bsdf *out);
+/* The opacity alone, for rays that pass through. */
+double material_alpha(const material *m, const material_point *point);
+
+#endif
