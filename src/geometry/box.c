@@ -1,0 +1,116 @@
+/* A closed box along the axes. A ray from outside meets the face where it enters, one from inside
+ * the face where it leaves. Texture coordinates are 0..1 on every face, seen from outside: u to the
+ * right, v up; on the top v points to -Z, on the bottom to +Z. hit.u carries the face: twice the
+ * axis, plus one for the side of max. */
+#include "base/error.h"
+#include "geometry/surface.h"
+
+#define BOX_FIELDS(F, T)                                                                           \
+    F(T, min, VEC3, NO_DEFAULT, REQUIRED, "m", "the corner with the smallest coordinates")         \
+    F(T, max, VEC3, NO_DEFAULT, REQUIRED, "m", "the corner with the largest coordinates")
+DESCRIBE(box, BOX_FIELDS)
+
+static snell_status check(const void *desc) {
+    const box_desc *box = desc;
+    const float *low = &box->min.x, *high = &box->max.x;
+    for (int i = 0; i < 3; i++)
+        if (!(low[i] < high[i]))
+            return error_set(SNELL_ERR_ARGUMENT,
+                             "every coordinate of 'min' must be the smaller one",
+                             "box: 'min' %c is %g and 'max' %c is %g", "xyz"[i], (double)low[i],
+                             "xyz"[i], (double)high[i]);
+    return SNELL_OK;
+}
+
+static bounds3 bounds(const void *desc) {
+    const box_desc *box = desc;
+    return (bounds3){box->min, box->max};
+}
+
+typedef struct crossing {
+    double t;
+    int face;
+} crossing;
+
+/* Where the ray enters and leaves the box, by the slabs of the three axes. */
+static bool solve(const box_desc *box, const local_ray *beam, crossing *in, crossing *out) {
+    const double low[3] = {box->min.x, box->min.y, box->min.z};
+    const double high[3] = {box->max.x, box->max.y, box->max.z};
+    const double o[3] = {beam->o.x, beam->o.y, beam->o.z}, d[3] = {beam->d.x, beam->d.y, beam->d.z};
+    *in = (crossing){-INFINITY, -1};
+    *out = (crossing){INFINITY, -1};
+    for (int axis = 0; axis < 3; axis++) {
+        if (d[axis] == 0) {
+            if (!(o[axis] >= low[axis] && o[axis] <= high[axis])) return false;
+            continue;
+        }
+        bool forward = d[axis] > 0;
+        double near = ((forward ? low[axis] : high[axis]) - o[axis]) / d[axis];
+        double far = ((forward ? high[axis] : low[axis]) - o[axis]) / d[axis];
+        if (near > in->t) *in = (crossing){near, 2 * axis + !forward};
+        if (far < out->t) *out = (crossing){far, 2 * axis + forward};
+    }
+    return in->face >= 0 && in->t <= out->t;
+}
+
+static bool intersect(const void *desc, const local_ray *beam, hit *found) {
+    crossing in, out;
+    if (!solve(desc, beam, &in, &out)) return false;
+    found->u = (float)in.face;
+    found->v = 0;
+    if (surface_accept(beam, in.t, &found->t)) return true;
+    found->u = (float)out.face;
+    return surface_accept(beam, out.t, &found->t);
+}
+
+static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+    const box_desc *box = desc;
+    const double low[3] = {box->min.x, box->min.y, box->min.z};
+    const double high[3] = {box->max.x, box->max.y, box->max.z};
+    const double o[3] = {beam->o.x, beam->o.y, beam->o.z}, d[3] = {beam->d.x, beam->d.y, beam->d.z};
+    int face = found->u >= 0 && found->u < 6 ? (int)found->u : 0, axis = face / 2;
+    bool upper = face & 1;
+    double plane = upper ? high[axis] : low[axis];
+    double t = d[axis] != 0 ? (plane - o[axis]) / d[axis] : found->t;
+    double p[3], n[3] = {0}, part[3];
+    for (int i = 0; i < 3; i++) {
+        p[i] = double_min(double_max(o[i] + t * d[i], low[i]), high[i]);
+        part[i] = clamp01((p[i] - low[i]) / (high[i] - low[i]));
+    }
+    p[axis] = plane;
+    n[axis] = upper ? 1 : -1;
+    /* The planes lie on floats and the sign of plane - o is exact: no error at all. */
+    *out = surface_make((dvec3){p[0], p[1], p[2]}, (dvec3){n[0], n[1], n[2]}, 0);
+    switch (axis) {
+    case 0:
+        out->u = upper ? 1 - part[2] : part[2];
+        out->v = part[1];
+        break;
+    case 1:
+        out->u = part[0];
+        out->v = upper ? 1 - part[2] : part[2];
+        break;
+    default:
+        out->u = upper ? part[0] : 1 - part[0];
+        out->v = part[1];
+        break;
+    }
+}
+
+static int side(const void *desc, dvec3 p) {
+    const box_desc *box = desc;
+    dvec3 low = dvec3_from(box->min), high = dvec3_from(box->max);
+    bool inside =
+        p.x > low.x && p.x < high.x && p.y > low.y && p.y < high.y && p.z > low.z && p.z < high.z;
+    return inside ? 1 : -1;
+}
+
+extern const primitive_type primitive_box;
+const primitive_type primitive_box = {
+    .info = TYPE_INFO(CATEGORY_SHAPE, box, "box", "a box along the axes"),
+    .check = check,
+    .bounds = bounds,
+    .intersect = intersect,
+    .surface = fill_surface,
+    .side = side,
+};

@@ -1,0 +1,162 @@
+/* A triangle mesh. Its triangles are tested by the kernels of the acceleration structure; here is
+ * what a mesh may be, and what a point on it looks like. */
+#include "geometry/mesh.h"
+
+#include "base/error.h"
+#include "geometry/surface.h"
+
+DESCRIBE_TABLE(mesh, MESH_FIELDS)
+
+static snell_status check_per_vertex(const mesh_desc *mesh, const char *name, size_t count) {
+    if (count == 0 || count == mesh->positions_count) return SNELL_OK;
+    return error_set(SNELL_ERR_ARGUMENT, "give one per vertex, or none",
+                     "mesh: '%s' has %zu entries for %zu positions", name, count,
+                     mesh->positions_count);
+}
+
+static snell_status check_slots(const mesh_desc *mesh) {
+    size_t triangles = mesh_triangle_count(mesh);
+    if (mesh->material_slots_count == 0) return SNELL_OK;
+    if (mesh->material_slots_count != triangles)
+        return error_set(SNELL_ERR_ARGUMENT, "give one per triangle, or none",
+                         "mesh: 'material_slots' has %zu entries for %zu triangles",
+                         mesh->material_slots_count, triangles);
+    for (size_t i = 0; i < triangles; i++)
+        if (mesh->material_slots[i] >= mesh->materials_count)
+            return error_set(SNELL_ERR_ARGUMENT, "slots count from 0",
+                             "mesh: triangle %zu has material slot %u, but there are %zu materials",
+                             i, mesh->material_slots[i], mesh->materials_count);
+    return SNELL_OK;
+}
+
+static snell_status check(const void *desc) {
+    const mesh_desc *mesh = desc;
+    if (mesh->indices_count % 3 != 0)
+        return error_set(SNELL_ERR_ARGUMENT, "every triangle takes three indices",
+                         "mesh: %zu indices are not a multiple of three", mesh->indices_count);
+    if (mesh_triangle_count(mesh) >= NO_ID)
+        return error_set(SNELL_ERR_ARGUMENT, "split it into several meshes",
+                         "mesh: %zu triangles are too many", mesh_triangle_count(mesh));
+    for (size_t i = 0; i < mesh->indices_count; i++)
+        if (mesh->indices[i] >= mesh->positions_count)
+            return error_set(
+                SNELL_ERR_ARGUMENT, "indices count from 0",
+                "mesh: index %u of triangle %zu is out of range: there are %zu positions",
+                mesh->indices[i], i / 3, mesh->positions_count);
+    snell_status status = check_per_vertex(mesh, "normals", mesh->normals_count);
+    if (!status) status = check_per_vertex(mesh, "uvs", mesh->uvs_count);
+    if (!status) status = check_per_vertex(mesh, "colors", mesh->colors_count);
+    if (!status) status = check_per_vertex(mesh, "alphas", mesh->alphas_count);
+    return status ? status : check_slots(mesh);
+}
+
+bounds3 mesh_triangle_bounds(const mesh_desc *mesh, size_t triangle) {
+    const uint32_t *index = mesh->indices + 3 * triangle;
+    bounds3 box = bounds3_empty();
+    for (int i = 0; i < 3; i++) box = bounds3_add_point(box, mesh->positions[index[i]]);
+    return box;
+}
+
+static bounds3 bounds(const void *desc) {
+    const mesh_desc *mesh = desc;
+    bounds3 box = bounds3_empty();
+    for (size_t i = 0; i < mesh->indices_count; i++)
+        box = bounds3_add_point(box, mesh->positions[mesh->indices[i]]);
+    return box;
+}
+
+static dvec3 blend(const snell_vec3 *values, const uint32_t *index, const double weight[3]) {
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < 3; i++)
+        sum = dvec3_add(sum, dvec3_scale(dvec3_from(values[index[i]]), weight[i]));
+    return sum;
+}
+
+/* The vertex normals, each made unit first, blended; the geometric normal where they say nothing.
+ */
+static dvec3 shading_normal(const mesh_desc *mesh, const uint32_t *index, const double weight[3],
+                            dvec3 n) {
+    if (mesh->normals_count == 0) return n;
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < 3; i++) {
+        dvec3 vertex = dvec3_normalize(dvec3_from(mesh->normals[index[i]]));
+        if (!(dvec3_dot(vertex, vertex) > 0)) vertex = n;
+        sum = dvec3_add(sum, dvec3_scale(vertex, weight[i]));
+    }
+    if (!(dvec3_length(sum) > 1e-6)) return n; /* they cancel */
+    sum = dvec3_normalize(sum);
+    double cosine = dvec3_dot(sum, n);
+    if (cosine < 0) return dvec3_negate(sum); /* the file winds its triangles the other way */
+    return cosine > 0 ? sum : n;
+}
+
+/* Barycentric weights of the hit, in [0,1] and of sum 1 whatever the float test has rounded. */
+static void hit_weights(const hit *found, double weight[3]) {
+    double u = clamp01(found->u), v = clamp01(found->v);
+    if (u + v > 1) {
+        double sum = u + v;
+        u /= sum;
+        v /= sum;
+    }
+    weight[0] = double_max(1 - u - v, 0);
+    weight[1] = u;
+    weight[2] = v;
+}
+
+/* The kernel's float test (Woop, Benthin, Wald 2013) subtracts the origin from the vertices (one
+ * rounding of a difference no larger than the triangle, for an origin near it), shears (three more)
+ * and multiplies (three): what it sees is the triangle with vertices moved by under 16 roundings of
+ * its extent. Vertices are floats, so their magnitude matters only through the origin's rounding;
+ * two roundings of it are kept for a kernel that stores edges relative to a common point. The
+ * neighbour in the same surface is the one that matters: the triangle itself is excluded by id. */
+static double test_error(const dvec3 vertex[3]) {
+    double extent = 0, magnitude = 0;
+    for (int i = 0; i < 3; i++) {
+        dvec3 edge = dvec3_sub(vertex[(i + 1) % 3], vertex[i]), p = vertex[i];
+        dvec3 size = {fabs(edge.x), fabs(edge.y), fabs(edge.z)};
+        extent = double_max(extent, dvec3_largest(size));
+        magnitude = double_max(magnitude, dvec3_largest((dvec3){fabs(p.x), fabs(p.y), fabs(p.z)}));
+    }
+    return FLOAT_EPSILON * (16 * extent + 2 * magnitude);
+}
+
+static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+    const mesh_desc *mesh = desc;
+    const uint32_t *index = mesh->indices + 3 * (size_t)found->primitive;
+    dvec3 vertex[3];
+    for (int i = 0; i < 3; i++) vertex[i] = dvec3_from(mesh->positions[index[i]]);
+    double weight[3];
+    hit_weights(found, weight);
+    dvec3 ab = dvec3_sub(vertex[1], vertex[0]), ac = dvec3_sub(vertex[2], vertex[0]);
+    dvec3 n = dvec3_normalize(dvec3_cross(ab, ac));
+    if (!(dvec3_dot(n, n) > 0)) n = dvec3_normalize(dvec3_negate(dvec3_from(beam->d)));
+    dvec3 p =
+        dvec3_add(vertex[0], dvec3_add(dvec3_scale(ab, weight[1]), dvec3_scale(ac, weight[2])));
+    *out = surface_make(p, n, test_error(vertex));
+    out->ns = shading_normal(mesh, index, weight, n);
+    out->u = weight[1];
+    out->v = weight[2];
+    if (mesh->uvs_count) {
+        out->u = out->v = 0;
+        for (int i = 0; i < 3; i++) {
+            out->u += weight[i] * (double)mesh->uvs[index[i]].x;
+            out->v += weight[i] * (double)mesh->uvs[index[i]].y;
+        }
+    }
+    if (mesh->colors_count) out->tint = blend(mesh->colors, index, weight);
+    if (mesh->alphas_count) {
+        const uint8_t *alphas = mesh->alphas;
+        out->alpha = 0;
+        for (int i = 0; i < 3; i++) out->alpha += weight[i] * alphas[index[i]] / 255;
+    }
+    if (mesh->material_slots_count) out->material_slot = mesh->material_slots[found->primitive];
+}
+
+extern const primitive_type primitive_mesh;
+const primitive_type primitive_mesh = {
+    .info = TYPE_INFO(CATEGORY_SHAPE, mesh, "mesh", "triangles"),
+    .flat = true,
+    .check = check,
+    .bounds = bounds,
+    .surface = fill_surface,
+};

@@ -1,0 +1,92 @@
+/* A parallelogram: corner + a u + b v with a, b in [0,1], which are its texture coordinates. It
+ * faces cross(u, v). */
+#include "base/error.h"
+#include "geometry/surface.h"
+
+#define QUAD_FIELDS(F, T)                                                                          \
+    F(T, corner, VEC3, NO_DEFAULT, REQUIRED, "m", "one corner")                                    \
+    F(T, u, VEC3, NO_DEFAULT, REQUIRED, "m", "from the corner along one side")                     \
+    F(T, v, VEC3, NO_DEFAULT, REQUIRED, "m",                                                       \
+      "from the corner along the other side; the quad faces cross(u, v)")
+DESCRIBE(quad, QUAD_FIELDS)
+
+static snell_status check(const void *desc) {
+    const quad_desc *quad = desc;
+    dvec3 u = dvec3_from(quad->u), v = dvec3_from(quad->v), n = dvec3_cross(u, v);
+    /* Products of floats are exact in double, a difference of two is not: ask for more than that.
+     */
+    if (dvec3_length(n) > 0x1p-40 * dvec3_length(u) * dvec3_length(v)) return SNELL_OK;
+    return error_set(SNELL_ERR_ARGUMENT, "'u' and 'v' are two sides that meet in the corner",
+                     "quad: 'u' and 'v' span no area");
+}
+
+static bounds3 bounds(const void *desc) {
+    const quad_desc *quad = desc;
+    dvec3 corner = dvec3_from(quad->corner), u = dvec3_from(quad->u), v = dvec3_from(quad->v);
+    dvec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+    for (int i = 0; i < 4; i++) {
+        dvec3 p = corner;
+        if (i & 1) p = dvec3_add(p, u);
+        if (i & 2) p = dvec3_add(p, v);
+        low = (dvec3){double_min(low.x, p.x), double_min(low.y, p.y), double_min(low.z, p.z)};
+        high = (dvec3){double_max(high.x, p.x), double_max(high.y, p.y), double_max(high.z, p.z)};
+    }
+    /* Wider by a few float roundings: where two quads meet at an edge, a ray that meets one of them
+     * must not miss its thin box. */
+    double largest = double_max(dvec3_largest(high), dvec3_largest(dvec3_negate(low)));
+    double wider = 4 * FLOAT_EPSILON * (largest + dvec3_largest(dvec3_sub(high, low)));
+    dvec3 margin = {wider, wider, wider};
+    return bounds3_outward(dvec3_sub(low, margin), dvec3_add(high, margin));
+}
+
+/* t and the two coordinates of the point where the ray meets the plane. */
+static bool solve(const quad_desc *quad, const local_ray *beam, double *t, double *a, double *b) {
+    dvec3 u = dvec3_from(quad->u), v = dvec3_from(quad->v), n = dvec3_cross(u, v);
+    dvec3 d = dvec3_from(beam->d), f = dvec3_sub(dvec3_from(beam->o), dvec3_from(quad->corner));
+    double slope = dvec3_dot(n, d), square = dvec3_dot(n, n);
+    *t = -dvec3_dot(n, f) / slope;
+    dvec3 w = dvec3_add(f, dvec3_scale(d, *t));
+    *a = dvec3_dot(dvec3_cross(w, v), n) / square;
+    *b = dvec3_dot(dvec3_cross(u, w), n) / square;
+    return slope != 0;
+}
+
+static bool intersect(const void *desc, const local_ray *beam, hit *found) {
+    double t, a, b;
+    if (!solve(desc, beam, &t, &a, &b) || !(a >= 0 && a <= 1 && b >= 0 && b <= 1)) return false;
+    found->u = (float)a;
+    found->v = (float)b;
+    return surface_accept(beam, t, &found->t);
+}
+
+static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+    const quad_desc *quad = desc;
+    dvec3 corner = dvec3_from(quad->corner), u = dvec3_from(quad->u), v = dvec3_from(quad->v);
+    double t, a, b;
+    if (!solve(quad, beam, &t, &a, &b)) {
+        a = found->u;
+        b = found->v;
+    }
+    a = clamp01(a);
+    b = clamp01(b);
+    dvec3 n = dvec3_cross(u, v);
+    dvec3 p = dvec3_add(corner, dvec3_add(dvec3_scale(u, a), dvec3_scale(v, b)));
+    /* A thin parallelogram's normal is less exact by the ratio of its sides' product to its area.
+     */
+    double sides = dvec3_length(u) * dvec3_length(v), area = dvec3_length(n);
+    double size = fabs(corner.x) + fabs(corner.y) + fabs(corner.z) + 2 * dvec3_length(u) +
+                  2 * dvec3_length(v);
+    *out = surface_make(p, dvec3_normalize(n), 16 * DOUBLE_EPSILON * size * (sides / area));
+    out->u = a;
+    out->v = b;
+}
+
+extern const primitive_type primitive_quad;
+const primitive_type primitive_quad = {
+    .info = TYPE_INFO(CATEGORY_SHAPE, quad, "quad", "a parallelogram, such as a rectangle"),
+    .flat = true,
+    .check = check,
+    .bounds = bounds,
+    .intersect = intersect,
+    .surface = fill_surface,
+};

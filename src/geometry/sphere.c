@@ -1,0 +1,79 @@
+/* A sphere. Texture coordinates are longitude and latitude about +Y, seen from outside: u grows to
+ * the right, 0.5 faces +Z, the seam faces -Z; v is 0 at the south pole (-Y) and 1 at the north. */
+#include "geometry/surface.h"
+#include "maths/functions.h"
+
+#define SPHERE_FIELDS(F, T)                                                                        \
+    F(T, center, VEC3, DEFAULT(0, 0, 0), ANY, "m", "the centre")                                   \
+    F(T, radius, FLOAT, DEFAULT(1), POSITIVE, "m", "the radius")
+DESCRIBE(sphere, SPHERE_FIELDS)
+
+static bounds3 bounds(const void *desc) {
+    const sphere_desc *sphere = desc;
+    dvec3 c = dvec3_from(sphere->center);
+    double r = sphere->radius;
+    return bounds3_outward((dvec3){c.x - r, c.y - r, c.z - r}, (dvec3){c.x + r, c.y + r, c.z + r});
+}
+
+/* Both roots, t[0] <= t[1]. The origin is moved to the ray's closest approach to the centre before
+ * the discriminant is formed, and the nearer root is c/q, so that neither cancels (Haines,
+ * Guenther, Akenine-Moeller, Precision Improvements for Ray/Sphere Intersection, Ray Tracing Gems
+ * 2019). */
+static bool solve(const sphere_desc *sphere, const local_ray *beam, double t[2]) {
+    dvec3 d = dvec3_from(beam->d);
+    dvec3 f = dvec3_sub(dvec3_from(sphere->center), dvec3_from(beam->o));
+    double r = sphere->radius, a = dvec3_dot(d, d), b = dvec3_dot(f, d);
+    if (!(a > 0)) return false;
+    dvec3 nearest = dvec3_sub(f, dvec3_scale(d, b / a));
+    double discriminant = r * r - dvec3_dot(nearest, nearest);
+    if (!(discriminant >= 0)) return false;
+    double c = dvec3_dot(f, f) - r * r, root = sqrt(a * discriminant);
+    double q = b > 0 ? b + root : b - root;
+    double one = q / a, other = q != 0 ? c / q : one;
+    t[0] = double_min(one, other);
+    t[1] = double_max(one, other);
+    return true;
+}
+
+static bool intersect(const void *desc, const local_ray *beam, hit *found) {
+    double t[2];
+    if (!solve(desc, beam, t)) return false;
+    found->u = found->v = 0;
+    return surface_accept(beam, t[0], &found->t) || surface_accept(beam, t[1], &found->t);
+}
+
+/* The roots are solved again in double: the float t of a far ray would move the point sideways. */
+static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+    const sphere_desc *sphere = desc;
+    dvec3 center = dvec3_from(sphere->center), d = dvec3_from(beam->d);
+    double r = sphere->radius, t = found->t, roots[2];
+    if (solve(sphere, beam, roots))
+        t = fabs(roots[0] - t) <= fabs(roots[1] - t) ? roots[0] : roots[1];
+    dvec3 from_center = dvec3_sub(dvec3_add(dvec3_from(beam->o), dvec3_scale(d, t)), center);
+    dvec3 n = dvec3_normalize(from_center);
+    if (!(dvec3_dot(n, n) > 0)) n = (dvec3){0, 1, 0};
+    dvec3 p = dvec3_add(center, dvec3_scale(n, r));
+    /* From an origin near p every term of the quadratic is at most r^2 and relatively exact to a
+     * few roundings; so is the centre's subtraction. */
+    double size = r + fabs(center.x) + fabs(center.y) + fabs(center.z);
+    *out = surface_make(p, n, 16 * DOUBLE_EPSILON * size);
+    double height = n.y < -1 ? -1 : n.y > 1 ? 1 : n.y;
+    out->u = 0.5 + fn_atan2(n.x, n.z) / (2 * PI);
+    out->v = 1 - fn_acos(height) / PI;
+}
+
+static int side(const void *desc, dvec3 p) {
+    const sphere_desc *sphere = desc;
+    dvec3 f = dvec3_sub(p, dvec3_from(sphere->center));
+    double r = sphere->radius;
+    return dvec3_dot(f, f) < r * r ? 1 : -1;
+}
+
+extern const primitive_type primitive_sphere;
+const primitive_type primitive_sphere = {
+    .info = TYPE_INFO(CATEGORY_SHAPE, sphere, "sphere", "a sphere"),
+    .bounds = bounds,
+    .intersect = intersect,
+    .surface = fill_surface,
+    .side = side,
+};

@@ -1,0 +1,53 @@
+#include "geometry/surface.h"
+
+surface surface_make(dvec3 p, dvec3 n, double error) {
+    return (surface){.p = p, .error = error, .n = n, .ns = n, .tint = {1, 1, 1}, .alpha = 1};
+}
+
+/* x rounded to float, strictly beyond `from` in the direction of `step`; to nearest if step is 0.
+ */
+static float round_beyond(double x, double from, double step) {
+    float f = (float)x;
+    if (step > 0)
+        while ((double)f < x || (double)f <= from) f = float_above(f);
+    else if (step < 0)
+        while ((double)f > x || (double)f >= from) f = float_below(f);
+    return f;
+}
+
+vec3 surface_offset_origin(const surface *s, double side) {
+    double reach = side > 0 ? s->error : -s->error;
+    double sign = side > 0 ? 1 : -1;
+    dvec3 p = s->p, n = s->n;
+    return (vec3){round_beyond(p.x + reach * n.x, p.x, sign * n.x),
+                  round_beyond(p.y + reach * n.y, p.y, sign * n.y),
+                  round_beyond(p.z + reach * n.z, p.z, sign * n.z)};
+}
+
+static double abs_dot(dvec3 a, dvec3 b) {
+    return fabs(a.x * b.x) + fabs(a.y * b.y) + fabs(a.z * b.z);
+}
+
+void surface_to_world(surface *s, const transform *to_world, const transform *to_local) {
+    dvec3 local = s->p, p = transform_point(to_world, local);
+    dvec3 off = dvec3_sub(transform_point(to_local, p), local);
+    p = dvec3_sub(p, transform_vector(to_world, off));
+    off = dvec3_sub(transform_point(to_local, p), local);
+
+    /* One ulp instead of a half: the origin lies beyond p, where floats may be twice as far apart.
+     * The second term is the double arithmetic of transforming the origin. */
+    dvec3 origin_terms = {fabs(local.x), fabs(local.y), fabs(local.z)};
+    double rounding = 2 * FLOAT_EPSILON * abs_dot(s->n, origin_terms) + 0x1p-149;
+    dvec3 shift = {to_local->m[0][3], to_local->m[1][3], to_local->m[2][3]};
+    rounding += 8 * DOUBLE_EPSILON * (abs_dot(s->n, shift) + abs_dot(s->n, origin_terms));
+    double local_error = s->error + abs_dot(s->n, off) + rounding;
+
+    dvec3 n = transform_normal(to_local, s->n);
+    double length = dvec3_length(n);
+    s->error = length > 0 ? local_error / length : local_error;
+    s->p = p;
+    s->n = dvec3_normalize(n);
+    s->ns = dvec3_normalize(transform_normal(to_local, s->ns));
+    double cosine = dvec3_dot(s->ns, s->n);
+    if (!(cosine > 0)) s->ns = s->n;
+}

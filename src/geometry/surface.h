@@ -1,0 +1,48 @@
+/* From a hit to the next ray: where it may start so that it cannot meet the surface it leaves. */
+#ifndef SNELL_GEOMETRY_SURFACE_H
+#define SNELL_GEOMETRY_SURFACE_H
+
+#include "geometry/primitive.h"
+
+/* Half the spacing of floats near 1, and of doubles: the largest relative error of one rounding. */
+#define FLOAT_EPSILON 0x1p-24
+#define DOUBLE_EPSILON 0x1p-53
+
+/* The origin of a ray that leaves `s` (in the space that the ray is traced in) on the side that its
+ * direction points to: side > 0 along n, otherwise against it. side is dot(n, d) or just its sign.
+ *
+ * The true point is p + side * error * n, in double. Rounding it to float would move it by up to
+ * half an ulp per coordinate, back towards the surface at worst; so every coordinate is rounded in
+ * the direction in which n (times side) points, and strictly beyond p. Then each coordinate adds a
+ * non-negative amount to the distance along n: dot(o - p, n) * side >= error holds for the float
+ * origin itself, without a second margin for its rounding. (After Waechter and Binder, A Fast and
+ * Robust Method for Avoiding Self-Intersection, Ray Tracing Gems 2019, and Physically Based
+ * Rendering 3.9.5.)
+ *
+ * The tangential shift is at most one ulp s of p per coordinate. On a sphere of radius r it lowers
+ * the horizon by an angle s/r, but from the height h >= s a ray must dip by sqrt(2h/r) to come
+ * back: it cannot, as long as s < 2r. */
+vec3 surface_offset_origin(const surface *s, double side);
+
+/* Brings a surface from the shape's own space to the world.
+ *
+ * Rays are brought to the shape by the float matrix to_local, which is not exactly the inverse of
+ * to_world; what they see in the world is the shape under the inverse of to_local. So p is
+ * corrected by one Newton step until to_local maps it to the local point (up to double rounding;
+ * what is left is measured and added to the error). The kernel rounds the local origin to float:
+ * half an ulp of every local coordinate, along the local normal sum |n_i| ulp(p_i) / 2. A distance
+ * e along the local normal is e / |N| along the world normal, with N = transform_normal(to_local,
+ * n). */
+void surface_to_world(surface *s, const transform *to_world, const transform *to_local);
+
+/* What shapes share: is t, rounded to float, inside the ray's range? Writes the float. */
+static inline bool surface_accept(const local_ray *beam, double t, float *out) {
+    float rounded = (float)t;
+    *out = rounded;
+    return rounded > beam->t_min && rounded < beam->t_max;
+}
+
+/* A surface with everything at its neutral value. */
+surface surface_make(dvec3 p, dvec3 n, double error);
+
+#endif
