@@ -24,8 +24,8 @@ typedef struct accel_geometry {
 
 typedef struct accel_instance {
     uint32_t geometry;
-    uint32_t mask;                /* a ray sees it if (ray.mask & mask) != 0 */
-    bool identity;                /* to_world is the identity: rays are not transformed */
+    uint32_t mask; /* a ray sees it if (ray.mask & mask) != 0 */
+    bool identity; /* to_world is the identity: rays are not transformed; else local_ray_make */
     transform to_world, to_local; /* to_local as transform_inverse gives it */
 } accel_instance;
 
