@@ -18,6 +18,25 @@ size_t field_element_size(field_kind kind) {
     }
 }
 
+size_t field_size(field_kind kind) {
+    switch (kind) {
+    case FIELD_BOOL: return sizeof(bool);
+    case FIELD_INT:
+    case FIELD_CHOICE: return sizeof(int32_t);
+    case FIELD_FLOAT: return sizeof(float);
+    case FIELD_VEC2: return sizeof(snell_vec2);
+    case FIELD_VEC3:
+    case FIELD_COLOR: return sizeof(snell_vec3);
+    case FIELD_INPUT:
+    case FIELD_SCALAR: return sizeof(snell_input);
+    case FIELD_STRING: return sizeof(const char *);
+    case FIELD_TEXTURE: return sizeof(snell_texture_id);
+    case FIELD_MATERIAL: return sizeof(snell_material_id);
+    case FIELD_TRANSFORM: return sizeof(snell_transform);
+    default: return sizeof(const void *) + sizeof(size_t);
+    }
+}
+
 const char *field_kind_name(field_kind kind) {
     static const char *const names[] = {[FIELD_BOOL] = "true or false",
                                         [FIELD_INT] = "integer",

@@ -161,6 +161,8 @@ snell_status desc_check(const type_info *info, void *desc, const bool *given);
 /* Deep copy: strings and arrays are owned by the copy. NULL on lack of memory. */
 void *desc_copy(const type_info *info, const void *desc);
 void desc_free(const type_info *info, void *desc);
+/* The size in bytes of a field's member in the struct (of an array: of its pointer and count). */
+size_t field_size(field_kind kind);
 /* The width in bytes of an array element of this kind, 0 if it is no array. */
 size_t field_element_size(field_kind kind);
 const char *field_kind_name(field_kind kind); /* "colour", "number", ... for help texts */

@@ -18,13 +18,15 @@ typedef struct object {
                    where a file repeats) */
     char *file; /* owned; "" when it came through the API */
     uint32_t line;
-    uint32_t generation; /* of the id; instances that are removed keep their slot with the next
-                            generation */
+    uint32_t generation; /* of the id: 0, since objects are not removed; instances that are removed
+                            keep their slot with the next generation */
 } object;
 
 typedef struct object_list {
     object *items;
     size_t count, capacity;
+    uint32_t *name_slots; /* hash table of the named: index + 1, 0 where free */
+    size_t name_slot_count, name_count;
 } object_list;
 
 typedef struct instance {
@@ -78,7 +80,9 @@ void description_destroy(description *d);
 snell_status description_add(description *d, category category, const char *type,
                              const snell_param *params, size_t count, object_source source,
                              uint32_t *index);
-/* The same from a filled description struct, which is copied. */
+/* The same from a filled description struct, which is copied. Its struct_size may be smaller than
+ * the type's (an older caller): the fields that it lacks take their defaults; larger:
+ * SNELL_ERR_VERSION. */
 snell_status description_add_desc(description *d, const type_info *type, const void *desc,
                                   object_source source, uint32_t *index);
 snell_status description_add_instance(description *d, uint32_t shape, uint32_t material,
@@ -91,10 +95,18 @@ snell_status description_add_message(description *d, snell_severity severity, co
                                      uint32_t line, const char *hint, const char *format, ...)
     PRINTF_LIKE(6, 7);
 
+/* How much is in a description, so that what was added later can be taken out again. */
+typedef struct description_mark {
+    size_t objects[CATEGORY_COUNT], instances, params, messages;
+} description_mark;
+description_mark description_get_mark(const description *d);
+void description_rewind(description *d, const description_mark *mark);
+
 /* NULL when there is none. */
 object *description_find(const description *d, category category, const char *name);
 const object *description_setting(const description *d, const char *type);
 const type_info *type_find(category category, const char *name);
+const char *category_name(category category); /* "texture", "material", ... */
 /* "sphere:12" for the unnamed, the name otherwise; into out. */
 void description_object_label(const description *d, category category, uint32_t index, char *out,
                               size_t size);
