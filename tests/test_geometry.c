@@ -645,7 +645,7 @@ static void senseless_shapes_are_refused(void **state) {
                         "disk: 'inner_radius' is 1; it must be less than 'radius', 1");
     type = primitive_find("box");
     desc_init(&type->info, &desc);
-    desc.box = (box_like){.size = sizeof(box_like), .min = {0, 2, 0}, .max = {1, 1, 1}};
+    desc.box = (box_like){.struct_size = sizeof(box_like), .min = {0, 2, 0}, .max = {1, 1, 1}};
     assert_int_equal(type->check(&desc), SNELL_ERR_ARGUMENT);
     assert_string_equal(error_last()->text, "box: 'min' y is 2 and 'max' y is 1");
     type = primitive_find("quad");
@@ -661,7 +661,7 @@ static const vec3 corners[] = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {2, 2, 0}};
 static const uint32_t two_triangles[] = {0, 1, 2, 1, 3, 2};
 
 static mesh_desc square(void) {
-    return (mesh_desc){.size = sizeof(mesh_desc),
+    return (mesh_desc){.struct_size = sizeof(mesh_desc),
                        .positions = corners,
                        .positions_count = 4,
                        .indices = two_triangles,
@@ -699,7 +699,7 @@ static void a_mesh_is_checked(void **state) {
     assert_int_equal(type->check(&mesh), SNELL_OK);
     mesh.material_slots_count = 1;
     assert_int_equal(type->check(&mesh), SNELL_ERR_ARGUMENT);
-    mesh = (mesh_desc){.size = sizeof mesh}; /* empty */
+    mesh = (mesh_desc){.struct_size = sizeof mesh}; /* empty */
     assert_int_equal(type->check(&mesh), SNELL_OK);
     assert_true(bounds3_is_empty(type->bounds(&mesh)));
 }
@@ -799,7 +799,7 @@ static void a_ray_that_leaves_a_floor_meets_no_neighbour(void **state) {
             positions[i] = vec3_from(
                 dvec3_add(at, dvec3_add(dvec3_scale(x, size * (i / SIDE + between(-0.3, 0.3))),
                                         dvec3_scale(y, size * (i % SIDE + between(-0.3, 0.3))))));
-        mesh_desc mesh = {.size = sizeof mesh,
+        mesh_desc mesh = {.struct_size = sizeof mesh,
                           .positions = positions,
                           .positions_count = COUNT,
                           .indices = indices,

@@ -329,8 +329,8 @@ static void push_camera_ray(wave *w, uint32_t x, uint32_t y, uint32_t pixel, uin
 }
 
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
-                               film_block *block, bool (*go_on)(void *user, const wave_stats *stats),
-                               void *user) {
+                               film_block *block,
+                               bool (*go_on)(void *user, const wave_stats *stats), void *user) {
     uint64_t columns = x1 - x0, pixels = columns * (y1 - y0), next = 0,
              end = pixels * w->settings.samples;
     size_t size = w->settings.wave_size;
