@@ -72,20 +72,25 @@ typedef struct subject {
 
 /* The shapes keep their structs to themselves; these are the public ones, field by field. */
 typedef struct sphere_like {
+    size_t struct_size;
     vec3 center;
     float radius;
 } sphere_like;
 typedef struct plane_like {
+    size_t struct_size;
     vec3 point, normal;
 } plane_like;
 typedef struct box_like {
+    size_t struct_size;
     vec3 min, max;
 } box_like;
 typedef struct disk_like {
+    size_t struct_size;
     vec3 center, normal;
     float radius, inner_radius;
 } disk_like;
 typedef struct quad_like {
+    size_t struct_size;
     vec3 corner, u, v;
 } quad_like;
 
@@ -640,7 +645,8 @@ static void senseless_shapes_are_refused(void **state) {
                         "disk: 'inner_radius' is 1; it must be less than 'radius', 1");
     type = primitive_find("box");
     desc_init(&type->info, &desc);
-    desc.box = (box_like){.min = {0, 2, 0}, .max = {1, 1, 1}};
+    desc.box.min = (vec3){0, 2, 0};
+    desc.box.max = (vec3){1, 1, 1};
     assert_int_equal(type->check(&desc), SNELL_ERR_ARGUMENT);
     assert_string_equal(error_last()->text, "box: 'min' y is 2 and 'max' y is 1");
     type = primitive_find("quad");
@@ -691,7 +697,7 @@ static void a_mesh_is_checked(void **state) {
     assert_int_equal(type->check(&mesh), SNELL_OK);
     mesh.material_slots_count = 1;
     assert_int_equal(type->check(&mesh), SNELL_ERR_ARGUMENT);
-    mesh = (mesh_desc){0}; /* empty */
+    mesh = (mesh_desc){.struct_size = sizeof mesh}; /* empty */
     assert_int_equal(type->check(&mesh), SNELL_OK);
     assert_true(bounds3_is_empty(type->bounds(&mesh)));
 }
