@@ -72,25 +72,25 @@ typedef struct subject {
 
 /* The shapes keep their structs to themselves; these are the public ones, field by field. */
 typedef struct sphere_like {
-    size_t size;
+    size_t struct_size;
     vec3 center;
     float radius;
 } sphere_like;
 typedef struct plane_like {
-    size_t size;
+    size_t struct_size;
     vec3 point, normal;
 } plane_like;
 typedef struct box_like {
-    size_t size;
+    size_t struct_size;
     vec3 min, max;
 } box_like;
 typedef struct disk_like {
-    size_t size;
+    size_t struct_size;
     vec3 center, normal;
     float radius, inner_radius;
 } disk_like;
 typedef struct quad_like {
-    size_t size;
+    size_t struct_size;
     vec3 corner, u, v;
 } quad_like;
 
@@ -645,7 +645,8 @@ static void senseless_shapes_are_refused(void **state) {
                         "disk: 'inner_radius' is 1; it must be less than 'radius', 1");
     type = primitive_find("box");
     desc_init(&type->info, &desc);
-    desc.box = (box_like){.struct_size = sizeof(box_like), .min = {0, 2, 0}, .max = {1, 1, 1}};
+    desc.box.min = (vec3){0, 2, 0};
+    desc.box.max = (vec3){1, 1, 1};
     assert_int_equal(type->check(&desc), SNELL_ERR_ARGUMENT);
     assert_string_equal(error_last()->text, "box: 'min' y is 2 and 'max' y is 1");
     type = primitive_find("quad");
@@ -661,11 +662,8 @@ static const vec3 corners[] = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {2, 2, 0}};
 static const uint32_t two_triangles[] = {0, 1, 2, 1, 3, 2};
 
 static mesh_desc square(void) {
-    return (mesh_desc){.struct_size = sizeof(mesh_desc),
-                       .positions = corners,
-                       .positions_count = 4,
-                       .indices = two_triangles,
-                       .indices_count = 6};
+    return (mesh_desc){
+        .positions = corners, .positions_count = 4, .indices = two_triangles, .indices_count = 6};
 }
 
 static void a_mesh_is_checked(void **state) {
@@ -799,8 +797,7 @@ static void a_ray_that_leaves_a_floor_meets_no_neighbour(void **state) {
             positions[i] = vec3_from(
                 dvec3_add(at, dvec3_add(dvec3_scale(x, size * (i / SIDE + between(-0.3, 0.3))),
                                         dvec3_scale(y, size * (i % SIDE + between(-0.3, 0.3))))));
-        mesh_desc mesh = {.struct_size = sizeof mesh,
-                          .positions = positions,
+        mesh_desc mesh = {.positions = positions,
                           .positions_count = COUNT,
                           .indices = indices,
                           .indices_count = used};
