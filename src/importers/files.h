@@ -1,0 +1,32 @@
+/* The files that an importer reads. Besides the scene file itself only files in its folder (or
+ * below) and in the folders that the user allowed are read. The sandbox enforces that; these
+ * functions hold to it too, so that it is true where the kernel has no Landlock, and say it in a
+ * way that users understand. */
+#ifndef SNELL_IMPORTERS_FILES_H
+#define SNELL_IMPORTERS_FILES_H
+
+#include "importers/importer.h"
+
+/* The path, owned by the caller (free), of the file that `base_file` calls `name`: name as it is
+ * when absolute, else in base_file's folder, else in the first asset folder that has it. Errors
+ * have a text and hint, and no place:
+ *   SNELL_ERR_IO  "cannot open 'tex.png': No such file or directory", or "...: Permission denied"
+ *                 when it lies outside every folder that may be read. */
+snell_status import_resolve(const char *base_file, const char *name, const import_options *options,
+                            char **path);
+
+/* The whole regular file, owned by the caller (free), with a 0 byte after the last, which *size
+ * does not count. `name`, for messages; NULL: path. A file larger than half of options->memory_max
+ * (0: no limit but 4 GiB) gives SNELL_ERR_MEMORY. */
+snell_status import_read_file(const char *path, const char *name, const import_options *options,
+                              uint8_t **data, size_t *size);
+
+/* Both together. */
+snell_status import_read_beside(const char *base_file, const char *name,
+                                const import_options *options, uint8_t **data, size_t *size);
+
+/* The extension in lower case with its dot, ".gltf"; "" when there is none or it is longer than
+ * out. */
+void import_extension(const char *path, char *out, size_t size);
+
+#endif

@@ -1,0 +1,81 @@
+/* Which importer reads a file. */
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "importers/files.h"
+
+#define IMPORTER(name) extern const importer importer_##name;
+#include "importers/importers.def"
+#undef IMPORTER
+const importer *const importers[] = {
+#define IMPORTER(name) &importer_##name,
+#include "importers/importers.def"
+#undef IMPORTER
+    NULL,
+};
+
+enum { FIRST_SIZE = 4096 };
+
+/* The file's first bytes; fewer when it is shorter. */
+static snell_status read_first(const char *path, uint8_t first[FIRST_SIZE], size_t *size) {
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (fd < 0) return error_set(SNELL_ERR_IO, NULL, "cannot open '%s': %s", path, strerror(errno));
+    *size = 0;
+    ssize_t got;
+    while (*size < FIRST_SIZE && (got = read(fd, first + *size, FIRST_SIZE - *size)) != 0) {
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) {
+            int error = errno;
+            close(fd);
+            return error_set(SNELL_ERR_IO, NULL, "cannot read '%s': %s", path, strerror(error));
+        }
+        *size += (size_t)got;
+    }
+    close(fd);
+    return SNELL_OK;
+}
+
+/* By name, or one of its extensions without the dot: --format ply means whoever reads .ply. */
+static bool answers_to(const importer *reader, const char *format) {
+    if (strcmp(reader->name, format) == 0) return true;
+    size_t length = strlen(format);
+    for (const char *at = reader->extensions; at && *at; at += strspn(at, " ")) {
+        size_t here = strcspn(at, " ");
+        if (here == length + 1 && at[0] == '.' && memcmp(at + 1, format, length) == 0) return true;
+        at += here;
+    }
+    return false;
+}
+
+static snell_status unknown_format(const char *format) {
+    char hint[512] = "there are ";
+    for (size_t i = 0; importers[i]; i++) {
+        size_t used = strlen(hint);
+        snprintf(hint + used, sizeof hint - used, "%s%s", i ? ", " : "", importers[i]->name);
+    }
+    return error_set(SNELL_ERR_UNSUPPORTED, hint, "unknown file format '%s'", format);
+}
+
+snell_status import_file(const char *path, const char *format, const import_options *options,
+                         description *d) {
+    if (format) {
+        for (size_t i = 0; importers[i]; i++)
+            if (answers_to(importers[i], format)) return importers[i]->read(path, options, d);
+        return unknown_format(format);
+    }
+    uint8_t first[FIRST_SIZE];
+    size_t size;
+    snell_status status = read_first(path, first, &size);
+    if (status) return status;
+    char extension[16];
+    import_extension(path, extension, sizeof extension);
+    for (size_t i = 0; importers[i]; i++)
+        if (importers[i]->recognise(extension, first, size))
+            return importers[i]->read(path, options, d);
+    return error_set_at(SNELL_ERR_UNSUPPORTED, (source_place){path, 0, 0},
+                        "name its format with --format, if snell reads it",
+                        "no reader knows this kind of file");
+}
