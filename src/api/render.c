@@ -6,6 +6,7 @@
 
 #include "api/api.h"
 #include "base/memory.h"
+#include "image/write.h"
 #include "scene/settings.h"
 
 static const float DEFAULT_MIN_WEIGHT = 0.002f;
@@ -114,13 +115,13 @@ static snell_status choose_camera(const snell_scene *s, const snell_render_desc 
 }
 
 /* What the scene wants done to the picture when it is written. */
-static void keep_look(const snell_scene *s, snell_film *film) {
+static void keep_look(const snell_scene *s, snell_film *f) {
     const render_desc *r = render_settings(s);
-    film->exposure = r ? r->exposure : 0;
-    film->tonemap = r ? r->tonemap : 0;
-    if (film->tonemap == 0)
-        film->tonemap = choice_find("default|clip|reinhard|neutral",
-                                    s->description->is_model ? "neutral" : "clip");
+    f->exposure = r ? r->exposure : 0;
+    f->tonemap = r ? r->tonemap : 0;
+    if (f->tonemap == 0)
+        f->tonemap = choice_find("default|clip|reinhard|neutral",
+                                 s->description->is_model ? "neutral" : "clip");
 }
 
 static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
@@ -160,13 +161,13 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
     return render_film(&options, s->context->pool, &out->film, &out->stats);
 }
 
-snell_status snell_render(const snell_scene *s, const snell_render_desc *desc, snell_film *film) {
-    if (desc == NULL || film == NULL)
+snell_status snell_render(const snell_scene *s, const snell_render_desc *desc, snell_film *f) {
+    if (desc == NULL || f == NULL)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_render: an argument is NULL");
     snell_status status = scene_begin_read(s);
     if (status) return status;
     unsigned saved = floatenv_enter();
-    status = render(s, desc, film);
+    status = render(s, desc, f);
     floatenv_leave(saved);
     scene_end_read(s);
     return status;
@@ -206,3 +207,72 @@ const float *snell_film_pixels(const snell_film *f, uint32_t *width, uint32_t *h
 }
 
 uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) : 0; }
+
+/* ---- pictures ---- */
+
+/* The codec's options from what the caller says, else what the film's scene asks for. */
+static snell_status image_settings(const snell_film *f, const snell_image_desc *desc,
+                                   image_options *out) {
+    char word[32];
+    choice_word("default|clip|reinhard|neutral", f->tonemap, word, sizeof word);
+    bool named = desc && desc->tonemap;
+    *out = (image_options){.exposure =
+                               (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
+                           .tag = desc ? desc->tag : NULL};
+    if (f->film.pixels == NULL)
+        return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
+    if (desc && desc->struct_size != sizeof *desc)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    return tonemap_find(named ? desc->tonemap : word, &out->map);
+}
+
+static snell_status encode(const snell_film *f, const image_codec *codec,
+                           const snell_image_desc *desc, void **data, size_t *size) {
+    image_options options;
+    snell_status status = image_settings(f, desc, &options);
+    image_pixels pixels = {f->film.pixels, f->film.width, f->film.height, f->film.channels};
+    return status ? status : image_encode(codec, &pixels, &options, data, size);
+}
+
+snell_status snell_film_encode(const snell_film *f, const char *format,
+                               const snell_image_desc *desc, void **data, size_t *size) {
+    if (f == NULL || format == NULL || data == NULL || size == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_encode: an argument is NULL");
+    const image_codec *codec;
+    snell_status status = image_codec_find(format, &codec);
+    unsigned saved = floatenv_enter();
+    if (!status) status = encode(f, codec, desc, data, size);
+    floatenv_leave(saved);
+    return status;
+}
+
+snell_status snell_film_write(const snell_film *f, const char *path, const snell_image_desc *desc) {
+    if (f == NULL || path == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_write: an argument is NULL");
+    image_options options;
+    snell_status status = image_settings(f, desc, &options);
+    if (status) return status;
+    image_pixels pixels = {f->film.pixels, f->film.width, f->film.height, f->film.channels};
+    unsigned saved = floatenv_enter();
+    status = image_write(path, &pixels, &options);
+    floatenv_leave(saved);
+    return status;
+}
+
+snell_status snell_picture_read_info(const char *path, snell_picture_info *out) {
+    if (path == NULL || out == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (out->struct_size != sizeof *out)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    image_info info;
+    snell_status status = image_read_info(path, &info);
+    if (status) return status;
+    *out = (snell_picture_info){.struct_size = sizeof *out,
+                                .width = info.width,
+                                .height = info.height,
+                                .channels = info.channels,
+                                .bits = info.bits,
+                                .tag = info.tag};
+    memcpy(out->format, info.format, sizeof out->format);
+    return SNELL_OK;
+}

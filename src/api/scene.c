@@ -29,9 +29,9 @@ void scene_end_edit(snell_scene *s) {
     pthread_mutex_unlock(&s->lock);
 }
 
-snell_status scene_begin_read(const snell_scene *scene) {
-    if (scene == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
-    snell_scene *s = (snell_scene *)(uintptr_t)scene;
+snell_status scene_begin_read(const snell_scene *shared) {
+    if (shared == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    snell_scene *s = (snell_scene *)(uintptr_t)shared;
     pthread_mutex_lock(&s->lock);
     bool ready = !s->editing && s->frozen != NULL, editing = s->editing;
     if (ready) s->readers++;
@@ -43,8 +43,8 @@ snell_status scene_begin_read(const snell_scene *scene) {
     return SNELL_OK;
 }
 
-void scene_end_read(const snell_scene *scene) {
-    snell_scene *s = (snell_scene *)(uintptr_t)scene;
+void scene_end_read(const snell_scene *shared) {
+    snell_scene *s = (snell_scene *)(uintptr_t)shared;
     pthread_mutex_lock(&s->lock);
     s->readers--;
     pthread_mutex_unlock(&s->lock);
@@ -156,11 +156,11 @@ snell_status scene_add_typed(snell_scene *s, category what, const char *type, co
 
 /* The five public forms differ only in the id's type. */
 #define DEFINE_ADD(noun, CATEGORY)                                                                 \
-    snell_status snell_scene_add_##noun(snell_scene *scene, const char *type,                      \
+    snell_status snell_scene_add_##noun(snell_scene *s, const char *type,                          \
                                         const snell_param *params, size_t count,                   \
                                         snell_##noun##_id *out) {                                  \
         uint32_t index1 = 0;                                                                       \
-        snell_status status = add_generic(scene, CATEGORY, type, params, count, &index1);          \
+        snell_status status = add_generic(s, CATEGORY, type, params, count, &index1);              \
         if (!status && out) *out = (snell_##noun##_id){index1, 0};                                 \
         return status;                                                                             \
     }
@@ -204,7 +204,7 @@ snell_status snell_scene_set_instance_transform(snell_scene *s, snell_instance_i
                                                 const snell_transform *to_world) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
-    instance *at;
+    instance *at = NULL;
     transform identity = transform_identity(), inverse;
     if (to_world == NULL) to_world = &identity;
     status = find_instance(s, id, &at);
@@ -219,7 +219,7 @@ snell_status snell_scene_set_instance_transform(snell_scene *s, snell_instance_i
 snell_status snell_scene_remove_instance(snell_scene *s, snell_instance_id id) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
-    instance *at;
+    instance *at = NULL;
     status = find_instance(s, id, &at);
     if (!status) {
         at->removed = true;
