@@ -18,7 +18,7 @@ static bool show(void *user, const snell_progress *progress) {
 
 static bool orbit(const snell_scene *scene, snell_film *film, int count) {
     snell_view view = SNELL_INIT(view);
-    snell_render_desc render = {.size = sizeof render};
+    snell_render_desc render = {.struct_size = sizeof render};
     bool failed = snell_scene_settings(scene, 0, &render);
     render.view = &view, render.width = 400, render.height = 300, render.progress = show;
     for (int i = 0; i < count && !failed; i++) {
