@@ -67,7 +67,8 @@ bool pnm_read_number(const uint8_t *data, size_t size, size_t *at, uint32_t *out
         if (value > INT32_MAX) return false;
     }
     *out = (uint32_t)value;
-    return *at > start && value > 0;
+    bool ends = *at < size && (is_space(data[*at]) || data[*at] == '#'); /* not cut off */
+    return *at > start && value > 0 && ends;
 }
 
 static bool add_comment(void *user, const uint8_t *text, size_t size) {
