@@ -44,7 +44,10 @@ static double uniform(void) { return (double)(random_bits() >> 11) * 0x1p-53; }
 static double between(double low, double high) { return low + (high - low) * uniform(); }
 static dvec3 direction(void) {
     for (;;) {
-        dvec3 v = {between(-1, 1), between(-1, 1), between(-1, 1)};
+        dvec3 v;
+        v.x = between(-1, 1);
+        v.y = between(-1, 1);
+        v.z = between(-1, 1);
         double square = dvec3_dot(v, v);
         if (square > 0.01 && square <= 1) return dvec3_normalize(v);
     }

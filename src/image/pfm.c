@@ -32,6 +32,14 @@ static snell_status encode(const image_pixels *pixels, const image_options *opti
     return done ? SNELL_OK : error_no_memory();
 }
 
+/* The scale, such as "-1.0", whose sign says the byte order: a word that ends before the data. */
+static bool has_scale(const uint8_t *data, size_t size, size_t at) {
+    if (!pnm_skip_space(data, size, &at, NULL, NULL)) return false;
+    size_t start = at;
+    while (at < size && data[at] != 0 && strchr("+-.0123456789eE", data[at])) at++;
+    return at > start && at < size && data[at] <= ' ';
+}
+
 static bool read_info(const uint8_t *data, size_t size, image_info *out, snell_status *status) {
     if (size < 3 || data[0] != 'P' || (data[1] != 'F' && data[1] != 'f') ||
         !(data[2] == 0x20 || (data[2] >= 9 && data[2] <= 13)))
@@ -40,7 +48,7 @@ static bool read_info(const uint8_t *data, size_t size, image_info *out, snell_s
     out->bits = 32;
     size_t at = 2;
     if (!pnm_read_number(data, size, &at, &out->width) ||
-        !pnm_read_number(data, size, &at, &out->height))
+        !pnm_read_number(data, size, &at, &out->height) || !has_scale(data, size, at))
         *status = error_set(SNELL_ERR_SYNTAX, NULL, "the PFM file's head is broken");
     return true;
 }
