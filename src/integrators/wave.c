@@ -176,7 +176,9 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
 /* ---- shadows ---- */
 
 /* The fraction that one surface lets through straight on: 1 - alpha, or 1 - F at the face of a
- * dielectric. */
+ * dielectric. The angle of a straight ray counts as that in the rarer medium, at both faces: then a
+ * pane lets through exactly what Fresnel's formulas say (light that leaves it again is never
+ * totally reflected), and a ball does not cast a ring of false total reflection. */
 static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     const scene *s = w->settings.scene;
     const material_common *common = p->material->desc;
@@ -185,12 +187,11 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (p->material->type->inside != NULL) {
         double ior1 = media_current(m, s)->ior;
-        if (p->outside)
-            media_enter(m, p->instance);
-        else
-            media_leave(m, p->instance);
-        double ior2 = media_current(m, s)->ior;
-        through += alpha * (1 - fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2));
+        if (p->outside) media_enter(m, p->instance);
+        else media_leave(m, p->instance);
+        double ior2 = media_current(m, s)->ior, cosine = dvec3_dot(p->wo, p->ns);
+        double f = fresnel_dielectric(cosine, double_min(ior1, ior2), double_max(ior1, ior2));
+        through += alpha * (1 - f);
     }
     return (dvec3){through, through, through};
 }
