@@ -134,29 +134,31 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
     if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
     if (status) return status;
     const scene *frozen = s->frozen;
+    camera_frame frame;
+    camera->prepare(camera_desc, &frame);
     bool crop = r->crop_width > 0;
-    render_options options = {.wave = {.scene = frozen,
-                                       .integrator = policy,
-                                       .camera = camera,
-                                       .camera_desc = camera_desc,
-                                       .camera_media = media_around(frozen, s->context->isa,
-                                                                    camera->position(camera_desc)),
-                                       .width = r->width,
-                                       .height = r->height,
-                                       .samples = r->samples,
-                                       .max_depth = r->max_depth,
-                                       .min_weight = r->min_weight,
-                                       .seed = r->seed,
-                                       .pixel_center = r->pixel_center,
-                                       .transparent = r->transparent,
-                                       .wave_size = r->wave_size,
-                                       .isa = s->context->isa},
-                              .crop_x = crop ? r->crop_x : 0,
-                              .crop_y = crop ? r->crop_y : 0,
-                              .crop_width = crop ? r->crop_width : r->width,
-                              .crop_height = crop ? r->crop_height : r->height,
-                              .progress = r->progress,
-                              .user = r->user};
+    render_options options = {
+        .wave = {.scene = frozen,
+                 .integrator = policy,
+                 .camera = camera,
+                 .frame = frame,
+                 .camera_media = media_around(frozen, s->context->isa, frame.position),
+                 .width = r->width,
+                 .height = r->height,
+                 .samples = r->samples,
+                 .max_depth = r->max_depth,
+                 .min_weight = r->min_weight,
+                 .seed = r->seed,
+                 .pixel_center = r->pixel_center,
+                 .transparent = r->transparent,
+                 .wave_size = r->wave_size,
+                 .isa = s->context->isa},
+        .crop_x = crop ? r->crop_x : 0,
+        .crop_y = crop ? r->crop_y : 0,
+        .crop_width = crop ? r->crop_width : r->width,
+        .crop_height = crop ? r->crop_height : r->height,
+        .progress = r->progress,
+        .user = r->user};
     keep_look(s, out);
     return render_film(&options, s->context->pool, &out->film, &out->stats);
 }

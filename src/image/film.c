@@ -5,12 +5,21 @@
 
 #include "base/memory.h"
 
+/* (fixed128)(value * 2^80), truncated towards 0, by shifting the mantissa: several times as fast as the compiler's
+ * conversion. */
 fixed128 fixed_from(double value, uint64_t *overflows) {
-    if (!(fabs(value) < 0x1p46)) { /* NaN too */
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    int exponent = (int)(bits >> 52 & 0x7ff) - 1023; /* |value| = 1.mantissa * 2^exponent */
+    if (exponent >= 46) {                            /* infinity and NaN too */
         (*overflows)++;
         return 0;
     }
-    return (fixed128)(value * 0x1p80); /* the product is exact, the conversion truncates */
+    int shift = exponent + 80 - 52;
+    if (shift <= -53) return 0; /* under 2^-80, denormal numbers too */
+    fixed128 mantissa = (fixed128)((bits & 0xfffffffffffffu) | 1ull << 52);
+    fixed128 magnitude = shift >= 0 ? mantissa << shift : mantissa >> -shift;
+    return bits >> 63 ? -magnitude : magnitude;
 }
 
 double fixed_to(fixed128 value) { return (double)value * 0x1p-80; }

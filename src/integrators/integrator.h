@@ -69,7 +69,7 @@ typedef struct wave_settings {
     const scene *scene;
     const integrator *integrator;
     const camera_type *camera;
-    const void *camera_desc;
+    camera_frame frame;
     media camera_media;
     uint32_t width, height; /* of the whole picture */
     uint32_t samples, max_depth;

@@ -18,7 +18,6 @@ typedef struct shadow_ray {
 
 struct wave {
     wave_settings settings;
-    vec3 eye;
     path_ray *pool; /* a stack: the newest rays are traced first, which bounds it */
     size_t pool_count, pool_capacity;
     shadow_ray *shadows;
@@ -42,7 +41,6 @@ snell_status wave_create(const wave_settings *settings, wave **out) {
     w->settings = *settings;
     if (w->settings.wave_size == 0) w->settings.wave_size = 2048;
     size_t size = w->settings.wave_size;
-    w->eye = settings->camera->position(settings->camera_desc);
     w->current = memory_resize(NULL, size, sizeof *w->current);
     w->rays = memory_resize(NULL, size, sizeof *w->rays);
     w->hits = memory_resize(NULL, size, sizeof *w->hits);
@@ -156,10 +154,11 @@ static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const 
 void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
     if (!bsdf_is_lit(b)) return;
     const scene *s = w->settings.scene;
+    dvec3 eye = dvec3_from(w->settings.frame.position);
     for (uint32_t i = 0; i < s->light_count; i++) {
         const light *l = &s->lights[i];
         light_sample sample;
-        if (!l->type->sample(l->desc, p->p, dvec3_from(w->eye), &sample)) continue;
+        if (!l->type->sample(l->desc, p->p, eye, &sample)) continue;
         dvec3 wi = dvec3_normalize(sample.to_light);
         double cosine = dvec3_dot(p->ns, wi);
         /* Light counts only where the geometric and the shading side agree. */
@@ -187,8 +186,10 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (p->material->type->inside != NULL) {
         double ior1 = media_current(m, s)->ior;
-        if (p->outside) media_enter(m, p->instance);
-        else media_leave(m, p->instance);
+        if (p->outside)
+            media_enter(m, p->instance);
+        else
+            media_leave(m, p->instance);
         double ior2 = media_current(m, s)->ior, cosine = dvec3_dot(p->wo, p->ns);
         double f = fresnel_dielectric(cosine, double_min(ior1, ior2), double_max(ior1, ior2));
         through += alpha * (1 - f);
@@ -318,7 +319,7 @@ static void push_camera_ray(wave *w, uint32_t x, uint32_t y, uint32_t pixel, uin
         place = sample_point(sample_stream(s->seed, x, y, PATH_CODE_CAMERA, SAMPLE_PIXEL), sample);
     camera_sample at = {x + place.x, y + place.y, s->width, s->height};
     vec3 o, d;
-    s->camera->ray(s->camera_desc, &at, &o, &d);
+    s->camera->ray(&s->frame, &at, &o, &d);
     path_ray r = {.ray = ray_make(o, d, 0, INFINITY),
                   .weight = {1, 1, 1},
                   .pixel = pixel,

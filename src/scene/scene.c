@@ -173,7 +173,7 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     surface here;
     at->type->surface(at->shape, &beam, h, &here);
     dvec3 local = here.p, local_n = here.n;
-    surface_to_world(&here, &at->to_world, &at->to_local);
+    if (!at->identity) surface_to_world(&here, &at->to_world, &at->to_local);
     uint32_t index = at->material;
     bool has_uv = true;
     if (at->type->intersect == NULL) {
