@@ -129,7 +129,7 @@ usage() {
     wrong "-o: 'tmp' is a folder" "tmp" my.lua -o tmp
     wrong "-o is given twice" "" my.lua -o a.png -o b.png
     wrong "-o: one name for 2 pictures" "{name}" my.lua bad.lua -o a.png
-    wrong "would both be written to my.png" "-o" my.lua ./my.lua
+    wrong "'my.lua' and './my.lua' would both be written to my.png" "-o" my.lua ./my.lua
     wrong "--format is for standard output" "-o" my.lua --format png
     wrong "--input-format: there is no 'luaa'" "did you mean 'lua'?" my.lua --input-format luaa
     wrong "--set: 'depth' is not NAME=VALUE" "-D depth=5" my.lua -D depth
@@ -185,7 +185,7 @@ crops() {
     for row in 0 7; do # from the top: row 10 + row of the whole
         tail -c +$((header_whole + 1 + ((47 - 10 - row) * 64 + 20) * 12)) whole.pfm | head -c $((16 * 12)) >a
         tail -c +$((header_part + 1 + (7 - row) * 16 * 12)) part.pfm | head -c $((16 * 12)) >b
-        cmp -s a b || fail "row $row of a crop differs from the whole picture"
+        [ "$(stat -c %s a)" -eq 192 ] && cmp -s a b || fail "row $row of a crop differs from the whole picture"
     done
 }
 
