@@ -9,11 +9,11 @@ int info_command(const options *o);
 int example_command(const options *o);
 int help_command(const options *o);
 
-int help_main(void);                        /* snell --help */
-int help_of(const command_info *command);   /* snell COMMAND --help */
-int help_version(void);                     /* snell --version */
-int man_print(const char *page);            /* a page in roff */
-int completion_print(const char *shell);    /* a script */
+int help_main(void);                      /* snell --help */
+int help_of(const command_info *command); /* snell COMMAND --help */
+int help_version(void);                   /* snell --version */
+int man_print(const char *page);          /* a page in roff */
+int completion_print(const char *shell);  /* a script */
 
 /* The built-in scenes, for completion; NULL after the last. */
 const char *example_name(size_t index);

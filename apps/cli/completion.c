@@ -71,7 +71,8 @@ static void print_bash(void) {
     for (size_t i = 0; i < command_table_count; i++) {
         printf("%c%s", i == 0 ? ' ' : '|', command_table[i].name);
     }
-    puts(") command=$word; break;;\n        *.*|*/*) command=render; break;;\n        esac\n    done");
+    puts(") command=$word; break;;\n        *.*|*/*) command=render; break;;\n        esac\n    "
+         "done");
     bash_values();
     puts("    case $command:$cur in");
     for (size_t c = 0; c <= command_table_count; c++) {
@@ -99,16 +100,20 @@ static void print_bash(void) {
 /* Inside single quotes, inside [..] of _arguments. */
 static void put_zsh(const char *text) {
     for (const char *c = text; *c != '\0'; c++) {
-        if (*c == '\'') fputs("'\\''", stdout);
-        else if (*c == '[' || *c == ']' || *c == ':' || *c == '\\') printf("\\%c", *c);
-        else putchar(*c);
+        if (*c == '\'')
+            fputs("'\\''", stdout);
+        else if (*c == '[' || *c == ']' || *c == ':' || *c == '\\')
+            printf("\\%c", *c);
+        else
+            putchar(*c);
     }
 }
 
 static void zsh_option(const option_info *info) {
     bool repeats = (info->flags & OPTION_REPEATS) != 0;
     fputs("        ", stdout);
-    if (info->letter != 0 && repeats) printf("'*'{-%c,--%s}'", info->letter, info->name);
+    if (info->letter != 0 && repeats)
+        printf("'*'{-%c,--%s}'", info->letter, info->name);
     else if (info->letter != 0) {
         printf("'(-%c --%s)'{-%c,--%s}'", info->letter, info->name, info->letter, info->name);
     } else {
@@ -146,8 +151,10 @@ static void print_zsh(void) {
         fputs("        '1: :' ", stdout);
         if (command->bit == CMD_HELP || command->bit == CMD_EXAMPLE) {
             fputs("'2: :(", stdout);
-            if (command->bit == CMD_HELP) put_topics();
-            else put_examples();
+            if (command->bit == CMD_HELP)
+                put_topics();
+            else
+                put_examples();
             puts(")';;");
         } else {
             puts("'*:file:_files';;");
@@ -210,8 +217,11 @@ static void print_fish(void) {
 }
 
 int completion_print(const char *shell) {
-    if (strcmp(shell, "bash") == 0) print_bash();
-    else if (strcmp(shell, "zsh") == 0) print_zsh();
-    else print_fish();
+    if (strcmp(shell, "bash") == 0)
+        print_bash();
+    else if (strcmp(shell, "zsh") == 0)
+        print_zsh();
+    else
+        print_fish();
     return EXIT_DONE;
 }

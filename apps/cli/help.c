@@ -7,29 +7,27 @@
 #include "report.h"
 #include "text.h"
 
-enum { WIDTH = 79, HELP_COLUMN = 22 };
+enum { WIDTH = 79, MAIN_COLUMN = 22, OPTION_COLUMN = 24 };
 
 /* ---- options ---- */
 
 /* The default stands at the right edge of the last line, or on one of its own. */
-static void print_option(const option_info *info) {
+static void print_option(const option_info *info, size_t start) {
     char head[64], initial[96] = "";
-    if (info->letter != 0) snprintf(head, sizeof head, "  -%c, --%s", info->letter, info->name);
-    else snprintf(head, sizeof head, "      --%s", info->name);
+    if (info->letter != 0)
+        snprintf(head, sizeof head, "  -%c, --%s", info->letter, info->name);
+    else
+        snprintf(head, sizeof head, "      --%s", info->name);
     size_t used = strlen(head);
     if (info->metavar != NULL) {
         bool optional = (info->flags & OPTION_OPTIONAL_VALUE) != 0;
         snprintf(head + used, sizeof head - used, optional ? "[=%s]" : " %s", info->metavar);
     }
     if (info->initial != NULL) snprintf(initial, sizeof initial, "[%s]", info->initial);
-    printf("%-*s", HELP_COLUMN, head);
-    size_t column = strlen(head);
-    if (column >= HELP_COLUMN && info->help[0] != '\0') {
-        putchar('\n');
-        printf("%*s", HELP_COLUMN, "");
-    }
-    if (column < HELP_COLUMN || info->help[0] != '\0') column = HELP_COLUMN;
-    column = text_print_wrapped(stdout, info->help, column, HELP_COLUMN, WIDTH);
+    printf("%-*s", (int)start, head);
+    if (strlen(head) >= start) printf("\n%*s", (int)start, "");
+    size_t column = start;
+    column = text_print_wrapped(stdout, info->help, column, start, WIDTH);
     if (info->initial != NULL) {
         size_t length = strlen(initial);
         if (column + 1 + length > WIDTH) {
@@ -47,9 +45,10 @@ static void print_options(const command_info *command) {
         const option_info *info = &option_table[i];
         if (!option_belongs(info, command) || (info->flags & OPTION_HIDDEN) != 0) continue;
         if (info->commands == CMD_ALL && command != NULL) continue;
-        if (strcmp(group, info->group) != 0) printf("\n%s\n", info->group);
+        if (strcmp(group, info->group) != 0)
+            printf("\n%s%s\n", info->group, command == NULL ? ":" : "");
         group = info->group;
-        print_option(info);
+        print_option(info, command == NULL ? MAIN_COLUMN : OPTION_COLUMN);
     }
 }
 
@@ -98,15 +97,15 @@ int help_main(void) {
                  operands);
         printf("%-22s%s\n", head, command->summary);
     }
-    char topics[512] = "or: ";
+    char topics[512] = "topics: ";
     for (size_t i = 0; i < help_topic_count; i++) {
         size_t used = strlen(topics);
         snprintf(topics + used, sizeof topics - used, "%s, ", help_topics[i].name);
     }
     size_t used = strlen(topics);
     snprintf(topics + used, sizeof topics - used, "or any one name, such as 'dielectric'");
-    printf("%*s", HELP_COLUMN, "");
-    text_print_wrapped(stdout, topics, HELP_COLUMN, HELP_COLUMN, WIDTH);
+    printf("%*s", MAIN_COLUMN, "");
+    text_print_wrapped(stdout, topics, MAIN_COLUMN, MAIN_COLUMN, WIDTH);
     putchar('\n');
     print_options(NULL);
     puts("\nStart here:\n"
@@ -202,8 +201,10 @@ static void print_field(const snell_field_info *f) {
         snprintf(facts + used, sizeof facts - used, "%s; ", f->range);
         used = strlen(facts);
     }
-    if (f->default_value[0] != '\0') snprintf(about, sizeof about, "[%s]", f->default_value);
-    else about[0] = '\0';
+    if (f->default_value[0] != '\0')
+        snprintf(about, sizeof about, "[%s]", f->default_value);
+    else
+        about[0] = '\0';
     printf("  %-16s  %-12s  ", f->name, f->kind);
     size_t column = 34;
     column = text_print_wrapped(stdout, f->help, column, 34, WIDTH);

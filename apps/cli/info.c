@@ -68,7 +68,7 @@ static void print_picture(const char *path, const snell_picture_info *info) {
 }
 
 static int picture_info(const char *path, json_t *root) {
-    snell_picture_info info = {.size = sizeof info};
+    snell_picture_info info = {.struct_size = sizeof info};
     snell_status status = snell_picture_read_info(path, &info);
     if (status != SNELL_OK) return report_status(status, path);
     if (report_json()) {
@@ -108,7 +108,8 @@ static void print_objects(const snell_scene *scene, const char *title, uint32_t 
         if (info.line > 0) printf("%sline %" PRIu32, info.name[0] != '\0' ? ", " : "", info.line);
         fputc('\n', stdout);
     }
-    if (count > SHOWN_MAX) printf("%-11s      and %" PRIu32 " more (--json)\n", "", count - SHOWN_MAX);
+    if (count > SHOWN_MAX)
+        printf("%-11s      and %" PRIu32 " more (--json)\n", "", count - SHOWN_MAX);
 }
 
 static void print_params(const snell_scene *scene, uint32_t count) {
@@ -140,8 +141,8 @@ static void print_counts(const snell_scene_stats *s) {
         text_format_count(s->unique_triangle_count, c);
         printf(" (%s without instancing)", c);
     }
-    printf("\n%-11s %" PRIu32 " shapes, %" PRIu32 " materials, %" PRIu32 " textures, %" PRIu32
-           " lights, %" PRIu32 " cameras\n",
+    printf("\n%-11s shapes %" PRIu32 ", materials %" PRIu32 ", textures %" PRIu32
+           ", lights %" PRIu32 ", cameras %" PRIu32 "\n",
            "", s->shape_count, s->material_count, s->texture_count, s->light_count,
            s->camera_count);
     text_format_bytes(s->memory_geometry, a);
@@ -225,10 +226,10 @@ static void json_scene(json_t *root, const snell_scene *scene, const snell_scene
     json_object_set_new(root, "kind", json_string("scene"));
     json_object_set_new(root, "format", report_text(s->format));
     json_object_set_new(root, "counts", counts);
-    json_object_set_new(root, "bounds",
-                        is_empty(b) ? json_null()
-                                    : json_pack("{s:o,s:o}", "min", json_vec3(b->min), "max",
-                                                json_vec3(b->max)));
+    json_object_set_new(
+        root, "bounds",
+        is_empty(b) ? json_null()
+                    : json_pack("{s:o,s:o}", "min", json_vec3(b->min), "max", json_vec3(b->max)));
     json_object_set_new(root, "cameras", json_objects(scene, s->camera_count, get_camera));
     json_object_set_new(root, "lights", json_objects(scene, s->light_count, snell_scene_get_light));
     json_object_set_new(root, "materials",
@@ -243,15 +244,17 @@ static void json_scene(json_t *root, const snell_scene *scene, const snell_scene
 
 static int scene_info(session *s, const char *path, json_t *root) {
     snell_scene *scene = NULL;
-    snell_scene_stats stats = {.size = sizeof stats};
+    snell_scene_stats stats = {.struct_size = sizeof stats};
     snell_bounds bounds = {{1, 1, 1}, {-1, -1, -1}};
     int code = session_load(s, path, &scene);
     if (code != EXIT_DONE) return code;
     snell_status status = snell_scene_commit(scene, progress_report, NULL);
     if (status == SNELL_OK) status = snell_scene_bounds(scene, &bounds);
     if (status == SNELL_OK) status = snell_scene_get_stats(scene, &stats);
-    if (signals_caught() != 0) code = EXIT_SOME_FAILED;
-    else if (status != SNELL_OK) code = report_status(status, session_label(path));
+    if (signals_caught() != 0)
+        code = EXIT_SOME_FAILED;
+    else if (status != SNELL_OK)
+        code = report_status(status, session_label(path));
     if (code == EXIT_DONE) code = report_strict();
     if (code == EXIT_DONE && report_json()) json_scene(root, scene, &stats, &bounds);
     if (code == EXIT_DONE && !report_json()) print_scene(path, scene, &stats, &bounds);

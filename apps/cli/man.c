@@ -14,12 +14,18 @@ static void put_text(const char *text) {
     for (const char *c = text; *c != '\0'; c++) {
         if (line_start && (*c == '.' || *c == '\'')) fputs("\\&", stdout);
         line_start = *c == '\n';
-        if (*c == '\\') fputs("\\e", stdout);
-        else if (*c == '-') fputs("\\-", stdout);
-        else if (*c == '\'') fputs("\\(aq", stdout);
-        else if (*c == '~') fputs("\\(ti", stdout);
-        else if (*c == '^') fputs("\\(ha", stdout);
-        else putchar(*c);
+        if (*c == '\\')
+            fputs("\\e", stdout);
+        else if (*c == '-')
+            fputs("\\-", stdout);
+        else if (*c == '\'')
+            fputs("\\(aq", stdout);
+        else if (*c == '~')
+            fputs("\\(ti", stdout);
+        else if (*c == '^')
+            fputs("\\(ha", stdout);
+        else
+            putchar(*c);
     }
 }
 
@@ -35,8 +41,8 @@ static void put_header(const char *name, const char *section, const char *summar
         title[i] = (char)toupper((unsigned char)name[i]);
     }
     title[i] = '\0';
-    printf(".\\\" Made by snell help --man; do not edit.\n.TH \"%s\" \"%s\" \"\" \"snell %s\"\n", title,
-           section, snell_version());
+    printf(".\\\" Made by snell help --man; do not edit.\n.TH \"%s\" \"%s\" \"\" \"snell %s\"\n",
+           title, section, snell_version());
     puts(".SH NAME");
     put_text(name);
     fputs(" \\- ", stdout);
@@ -187,8 +193,8 @@ static void man_scene(void) {
     for (size_t t = 0; t < help_topic_count; t++) {
         if (help_topics[t].category == NULL) continue;
         fputs(".SH ", stdout);
-        const char *name = strcmp(help_topics[t].name, "scene") == 0 ? "settings"
-                                                                     : help_topics[t].name;
+        const char *name =
+            strcmp(help_topics[t].name, "scene") == 0 ? "settings" : help_topics[t].name;
         for (const char *c = name; *c != '\0'; c++) putchar(toupper((unsigned char)*c));
         putchar('\n');
         for (uint32_t i = 0; i < snell_type_count(); i++) {
@@ -201,8 +207,11 @@ static void man_scene(void) {
 }
 
 int man_print(const char *page) {
-    if (strcmp(page, "snell") == 0) man_main();
-    else if (strcmp(page, "scene") == 0) man_scene();
-    else man_command(command_find(page));
+    if (strcmp(page, "snell") == 0)
+        man_main();
+    else if (strcmp(page, "scene") == 0)
+        man_scene();
+    else
+        man_command(command_find(page));
     return EXIT_DONE;
 }

@@ -139,9 +139,9 @@ const command_info command_table[] = {
      "print a scene to start from\n"
      "Each is a short Lua program with comments; without NAME, they are listed.",
      NULL, "snell example hello > my.lua\nsnell my.lua"},
-    {CMD_HELP, "help", "[TOPIC]", "a command, or any topic of 'snell --help'",
-     "explain a command, a topic, or any one name of the scene language",
-     NULL, "snell help materials\nsnell help dielectric\nsnell help --completion bash"},
+    {CMD_HELP, "help", "[TOPIC]", "explain a command, a topic or a name",
+     "explain a command, a topic, or any one name of the scene language", NULL,
+     "snell help materials\nsnell help dielectric\nsnell help --completion bash"},
 };
 const size_t command_table_count = sizeof command_table / sizeof command_table[0];
 
@@ -207,8 +207,10 @@ static int unknown_command(const char *word) {
     for (size_t i = 0; i < command_table_count; i++) names[count++] = command_table[i].name;
     const char *near = text_closest(word, names, count);
     char hint[160];
-    if (near != NULL) snprintf(hint, sizeof hint, "did you mean 'snell %s'?", near);
-    else snprintf(hint, sizeof hint, "'snell --help' lists them; a file here is ./%.80s", word);
+    if (near != NULL)
+        snprintf(hint, sizeof hint, "did you mean 'snell %s'?", near);
+    else
+        snprintf(hint, sizeof hint, "'snell --help' lists them; a file here is ./%.80s", word);
     return report_usage(hint, "there is no command '%s'", word);
 }
 
@@ -218,7 +220,8 @@ static int unknown_option(const command_info *command, const char *name, size_t 
     size_t count = 0;
     snprintf(word, sizeof word, "%.*s", (int)length, name);
     const char *label = command == NULL ? "snell" : command->name;
-    if (command != NULL) snprintf(hint, sizeof hint, "'snell %s --help' lists what it takes", label);
+    if (command != NULL)
+        snprintf(hint, sizeof hint, "'snell %s --help' lists what it takes", label);
     const option_info *elsewhere = option_find(name, length);
     if (elsewhere != NULL) {
         for (size_t i = 0; i < command_table_count; i++) {

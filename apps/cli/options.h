@@ -58,8 +58,8 @@ enum option_flags {
 
 typedef struct option_info {
     option_id id;
-    const char *name; /* without the dashes */
-    char letter;      /* 0: none */
+    const char *name;                     /* without the dashes */
+    char letter;                          /* 0: none */
     const char *metavar, *initial, *help; /* metavar NULL: a switch; initial: the default as text */
     const char *group;                    /* heading in the help text */
     unsigned commands, flags;

@@ -51,7 +51,8 @@ static const char *path_extension(const char *path) {
 
 static int check_format(const char *extension, const char *path) {
     static const char *const known[] = {"png", "exr", "pfm", "ppm"};
-    const char *missing = "", *name = path[strlen(path) - (*path != '\0')] == '/' ? "folder" : "";
+    const char *missing = "";
+    struct stat info;
     snell_features(&missing);
     if (strcasecmp(extension, "exr") == 0 && strstr(missing, "openexr") != NULL) {
         return report_error(EXIT_UNSUPPORTED, "write .pfm, which is linear float too",
@@ -60,7 +61,9 @@ static int check_format(const char *extension, const char *path) {
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         if (strcasecmp(extension, known[i]) == 0) return EXIT_DONE;
     }
-    if (*name != '\0') {
+    bool folder = *path == '\0' || path[strlen(path) - 1] == '/' ||
+                  (stat(path, &info) == 0 && S_ISDIR(info.st_mode));
+    if (folder) {
         return report_usage("such as -o 'folder/{name}.png'", "-o: '%s' is a folder", path);
     }
     return report_usage("the extension says how it is written: .png, .exr, .pfm or .ppm",
@@ -77,14 +80,14 @@ static int check_folder(const char *path) {
     if (folder == NULL) {
         code = report_error(EXIT_MEMORY, NULL, "out of memory");
     } else if (stat(folder, &info) != 0) {
-        code = report_error(EXIT_IO, errno == ENOENT ? "make it first: mkdir -p" : NULL,
-                            "%s: the folder '%s' cannot be used: %s", path, folder,
-                            strerror(errno));
+        code =
+            report_error(EXIT_IO, errno == ENOENT ? "make it first, with mkdir -p" : NULL,
+                         "%s: the folder '%s' cannot be used: %s", path, folder, strerror(errno));
     } else if (!S_ISDIR(info.st_mode)) {
         code = report_error(EXIT_IO, NULL, "%s: '%s' is no folder", path, folder);
     } else if (access(folder, W_OK | X_OK) != 0) {
-        code = report_error(EXIT_IO, "-o names another place", "%s: the folder cannot be written: %s",
-                            path, strerror(errno));
+        code = report_error(EXIT_IO, "-o names another place",
+                            "%s: the folder cannot be written: %s", path, strerror(errno));
     } else if (stat(path, &info) == 0 && !S_ISREG(info.st_mode)) {
         code = report_error(EXIT_IO, NULL, "%s is there already, and is no ordinary file", path);
     }
@@ -93,7 +96,7 @@ static int check_folder(const char *path) {
 }
 
 static bool made_by_snell(const char *path) {
-    snell_picture_info info = {.size = sizeof info};
+    snell_picture_info info = {.struct_size = sizeof info};
     if (snell_picture_read_info(path, &info) != SNELL_OK) return false;
     bool made = info.tag != NULL && info.tag[0] != '\0';
     snell_free(info.tag);
@@ -158,7 +161,8 @@ int output_check_all(const options *o) {
         char *a = expand_name(pattern, o->operands.items[i]);
         for (size_t j = 0; j < i && code == EXIT_DONE; j++) {
             char *b = expand_name(pattern, o->operands.items[j]);
-            if (a == NULL || b == NULL) code = report_error(EXIT_MEMORY, NULL, "out of memory");
+            if (a == NULL || b == NULL)
+                code = report_error(EXIT_MEMORY, NULL, "out of memory");
             else if (strcmp(a, b) == 0) {
                 code = report_usage("name them one at a time with -o",
                                     "'%s' and '%s' would both be written to %s",
@@ -201,7 +205,9 @@ int output_write_partial(const output *out, const snell_film *film, const snell_
         snell_status status = snell_film_write(film, partial, desc);
         if (status != SNELL_OK) code = report_status(status, partial);
     }
-    if (code == EXIT_DONE) *path = partial;
-    else free(partial);
+    if (code == EXIT_DONE)
+        *path = partial;
+    else
+        free(partial);
     return code;
 }

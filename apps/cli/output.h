@@ -7,8 +7,8 @@
 #include "options.h"
 
 typedef struct output {
-    char *path;        /* owned; "-" for standard output */
-    const char *given; /* what -o said; NULL: the default rule */
+    char *path;         /* owned; "-" for standard output */
+    const char *given;  /* what -o said; NULL: the default rule */
     const char *format; /* "png", ... for standard output */
     bool force;
 } output;
@@ -19,7 +19,8 @@ void output_free(output *out);
 /* Before the first picture: would two inputs write one file? */
 int output_check_all(const options *o);
 int output_write(const output *out, const snell_film *film, const snell_image_desc *desc);
-/* Writes OUT.partial.EXT; *path, which the caller frees, names it, NULL when nothing was written. */
+/* Writes OUT.partial.EXT; *path, which the caller frees, names it, NULL when nothing was written.
+ */
 int output_write_partial(const output *out, const snell_film *film, const snell_image_desc *desc,
                          char **path);
 

@@ -85,31 +85,34 @@ static void update_rate(double now, const snell_progress *p) {
 
 static void format_rate(char *out, size_t size) {
     out[0] = '\0';
-    if (state.rate >= 1e6) snprintf(out, size, "  %.1f Mrays/s", state.rate * 1e-6);
-    else if (state.rate > 0) snprintf(out, size, "  %.0f krays/s", state.rate * 1e-3);
+    if (state.rate >= 1e6)
+        snprintf(out, size, "  %.1f Mrays/s", state.rate * 1e-6);
+    else if (state.rate > 0)
+        snprintf(out, size, "  %.0f krays/s", state.rate * 1e-3);
 }
 
 static void format_left(double seconds, char *out, size_t size) {
     out[0] = '\0';
     if (!(seconds >= 0) || seconds > 1e7) return;
     unsigned long s = (unsigned long)(seconds + 0.5);
-    if (s < 3600) snprintf(out, size, "  %lu:%02lu left", s / 60, s % 60);
-    else snprintf(out, size, "  %lu:%02lu h left", s / 3600, s / 60 % 60);
+    if (s < 3600)
+        snprintf(out, size, "  %lu:%02lu left", s / 60, s % 60);
+    else
+        snprintf(out, size, "  %lu:%02lu h left", s / 3600, s / 60 % 60);
 }
 
 static void draw_line(const snell_progress *p, int percent) {
     struct winsize window = {0};
-    int columns = ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0
-                      ? window.ws_col
-                      : 80;
+    int columns =
+        ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 ? window.ws_col : 80;
     char bar[25], rate[32], left[32], line[256];
     int filled = percent * 24 / 100;
     for (int i = 0; i < 24; i++) bar[i] = i < filled ? '#' : '.';
     bar[24] = '\0';
     format_rate(rate, sizeof rate);
     format_left(p->seconds_left, left, sizeof left);
-    int length = snprintf(line, sizeof line, "[%s] %3d %%  %-6s%s%s", bar, percent, p->phase, rate,
-                          left);
+    int length =
+        snprintf(line, sizeof line, "[%s] %3d %%  %-6s%s%s", bar, percent, p->phase, rate, left);
     if (length >= columns) line[columns - 1 < 255 ? columns - 1 : 255] = '\0';
     fprintf(stderr, "\r%s\033[K", line);
     fflush(stderr);
@@ -174,7 +177,7 @@ void signals_setup(void) {
         struct sigaction action, old;
         memset(&action, 0, sizeof action);
         action.sa_handler = on_signal;
-        action.sa_flags = SA_RESETHAND;
+        action.sa_flags = (int)SA_RESETHAND;
         sigemptyset(&action.sa_mask);
         /* Who started us with the signal ignored (nohup, a shell's &) wants it ignored. */
         if (sigaction(numbers[i], NULL, &old) == 0 && old.sa_handler != SIG_IGN) {

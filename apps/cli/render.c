@@ -87,7 +87,7 @@ static int apply_size(job *j) {
 static int apply_settings(job *j) {
     const render_values *v = j->values;
     snell_render_desc *d = &j->desc;
-    *d = (snell_render_desc){.size = sizeof *d};
+    *d = (snell_render_desc){.struct_size = sizeof *d};
     int code = status_of(j, snell_scene_settings(j->scene, v->integrator, d));
     if (code != EXIT_DONE) return code;
     if (v->samples > 0) {
@@ -113,8 +113,10 @@ static int no_camera(const job *j, uint32_t count, const char *wanted) {
         if (snell_scene_get_camera(j->scene, i, &info, NULL) == SNELL_OK) names[used++] = info.name;
     }
     const char *near = text_closest(wanted, names, used);
-    if (near != NULL) snprintf(hint, sizeof hint, "did you mean '%.120s'?", near);
-    else snprintf(hint, sizeof hint, "it has %" PRIu32 "; 'snell info' lists them", count);
+    if (near != NULL)
+        snprintf(hint, sizeof hint, "did you mean '%.120s'?", near);
+    else
+        snprintf(hint, sizeof hint, "it has %" PRIu32 "; 'snell info' lists them", count);
     return report_usage(hint, "--camera: %s has no camera '%s'", session_label(j->input), wanted);
 }
 
@@ -156,7 +158,8 @@ static int frame_all(job *j, const snell_bounds *bounds) {
     const float *at = v->has_view ? v->view : default_view;
     const float steep = 1.5533f; /* 89 degrees */
     if (!(bounds->min.x <= bounds->max.x)) {
-        if (!v->has_view && v->fov == 0 && !v->light_none) return EXIT_DONE; /* the studio's camera */
+        if (!v->has_view && v->fov == 0 && !v->light_none)
+            return EXIT_DONE; /* the studio's camera */
         return report_error(EXIT_INPUT, "give the scene a camera",
                             "%s: there is nothing that could be framed", session_label(j->input));
     }
@@ -186,7 +189,7 @@ static int add_ground(job *j) {
 
 static int prepare(job *j) {
     const render_values *v = j->values;
-    snell_scene_stats stats = {.size = sizeof stats};
+    snell_scene_stats stats = {.struct_size = sizeof stats};
     int code = status_of(j, snell_scene_get_stats(j->scene, &stats));
     if (code != EXIT_DONE) return code;
     bool own_camera = stats.camera_count > 0;
@@ -245,7 +248,7 @@ static int render_and_write(job *j) {
     double start = progress_seconds();
     snell_status status = snell_render(j->scene, &j->desc, j->film);
     j->render = progress_seconds() - start;
-    j->stats = (snell_render_stats){.size = sizeof j->stats};
+    j->stats = (snell_render_stats){.struct_size = sizeof j->stats};
     bool stopped = status == SNELL_CANCELLED;
     if (status != SNELL_OK && !stopped) {
         return report_status(status, session_label(j->input));
@@ -310,8 +313,8 @@ static void say_done(const job *j) {
                     snell_isa_name(snell_context_isa(j->session->context)), memory);
     }
     double total = progress_seconds();
-    report_note("%s  %" PRIu32 "x%" PRIu32 "  %s  %" PRIu32 " sample%s  %.*f s", name, width, height,
-                integrator_name(j->desc.integrator), j->desc.samples,
+    report_note("%s  %" PRIu32 "x%" PRIu32 "  %s  %" PRIu32 " sample%s  %.*f s", name, width,
+                height, integrator_name(j->desc.integrator), j->desc.samples,
                 j->desc.samples == 1 ? "" : "s", total < 10 ? 2 : 1, total);
 }
 
@@ -363,7 +366,7 @@ static void json_seconds(json_t *root, const job *j) {
 
 static void json_picture(json_t *root, const job *j) {
     uint32_t width = 0, height = 0;
-    char hash[32];
+    char hash[32], weight[32];
     snell_film_pixels(j->film, &width, &height, NULL);
     json_object_set_new(root, "output", report_text(j->output.path));
     set_count(root, "width", width);
@@ -371,7 +374,8 @@ static void json_picture(json_t *root, const job *j) {
     json_object_set_new(root, "integrator", json_string(integrator_name(j->desc.integrator)));
     set_count(root, "samples", j->desc.samples);
     set_count(root, "max_depth", j->desc.max_depth);
-    json_object_set_new(root, "min_weight", json_real((double)j->desc.min_weight));
+    text_format_float(j->desc.min_weight, weight);
+    json_object_set_new(root, "min_weight", json_real(strtod(weight, NULL)));
     set_count(root, "seed", j->desc.seed);
     json_seconds(root, j);
     json_rays(root, &j->stats);
@@ -416,8 +420,10 @@ static int render_file(session *s, const render_values *values, const char *inpu
     job j = {.options = s->options, .values = values, .session = s, .input = input, .film = film};
     progress_begin(session_label(input));
     int code = run_job(&j);
-    if (j.rendered) say_done(&j);
-    else if (signals_caught() != 0) say_stopped(&j);
+    if (j.rendered)
+        say_done(&j);
+    else if (signals_caught() != 0)
+        say_stopped(&j);
     if (report_json()) *result = json_job(&j);
     output_free(&j.output);
     free(j.partial);

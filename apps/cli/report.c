@@ -18,7 +18,6 @@ static struct {
     bool json, strict, color_always, color_never, emitted;
     const char *alias_real, *alias_shown;
     unsigned warning_count;
-    int warning_code;
     json_t *warnings, *error;
     pthread_mutex_t mutex;
 } state = {.level = LEVEL_NORMAL, .mutex = PTHREAD_MUTEX_INITIALIZER};
@@ -87,15 +86,15 @@ static void copy_aliased(const char *text, char *out, size_t size) {
 }
 
 static const char *status_word(snell_status status) {
-    static const char *const words[] = {"ok",     "cancelled",   "argument", "state",   "memory", "io",
-                                        "syntax", "unsupported", "version",  "internal"};
+    static const char *const words[] = {"ok", "cancelled", "argument",    "state",   "memory",
+                                        "io", "syntax",    "unsupported", "version", "internal"};
     size_t index = (size_t)status;
     return index < sizeof words / sizeof words[0] ? words[index] : "internal";
 }
 
 static const char *code_word(int code) {
-    static const char *const words[] = {"ok", "some_failed", "usage", "input", "unsupported",
-                                        "io", "memory",      "internal"};
+    static const char *const words[] = {"ok",          "some_failed", "usage",  "input",
+                                        "unsupported", "io",          "memory", "internal"};
     return words[code];
 }
 
@@ -202,12 +201,11 @@ int report_status(snell_status status, const char *path) {
     return keep_error(code, status_word(status), &m);
 }
 
-static void keep_warning(const shown *m, int code) {
+static void keep_warning(const shown *m) {
     report_lock();
     if (state.warnings == NULL) state.warnings = json_array();
     json_array_append_new(state.warnings, shown_json(m, NULL));
     unsigned count = ++state.warning_count;
-    if (state.warning_code == 0) state.warning_code = code;
     report_unlock();
     if (count <= WARNINGS_SHOWN || state.level >= LEVEL_VERBOSE) {
         print_message("warning", m);
@@ -224,7 +222,7 @@ void report_warning(const char *hint, const char *format, ...) {
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
     shown m = {text, hint == NULL ? "" : hint, "", 0, 0};
-    keep_warning(&m, EXIT_USAGE);
+    keep_warning(&m);
 }
 
 void report_note(const char *format, ...) {
@@ -247,18 +245,15 @@ void report_log(void *user, const snell_message *message) {
     copy_aliased(message->file, file, sizeof file);
     shown m = {text, hint, file, message->line, message->column};
     if (message->severity >= SNELL_WARNING) {
-        int code = status_code(message->status);
-        keep_warning(&m, code <= EXIT_SOME_FAILED ? EXIT_UNSUPPORTED : code);
+        keep_warning(&m);
     } else if (state.level >= (message->severity == SNELL_INFO ? LEVEL_VERBOSE : LEVEL_DEBUG)) {
         print_message(NULL, &m);
     }
 }
 
-unsigned report_warning_count(void) { return state.warning_count; }
-
 int report_strict(void) {
     if (!state.strict || state.warning_count == 0) return EXIT_DONE;
-    return report_error(state.warning_code, "without --strict they would be accepted",
+    return report_error(EXIT_UNSUPPORTED, "without --strict they would be accepted",
                         "%u warning%s, and --strict", state.warning_count,
                         state.warning_count == 1 ? "" : "s");
 }
@@ -268,7 +263,6 @@ void report_begin(void) {
     json_decref(state.error);
     state.error = NULL;
     state.warning_count = 0;
-    state.warning_code = 0;
 }
 
 json_t *report_take_warnings(void) {
@@ -285,11 +279,10 @@ json_t *report_take_error(void) {
 
 int report_emit(json_t *object, int code) {
     state.emitted = true;
-    bool written = object != NULL &&
-                   json_dumpf(object, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) == 0;
+    bool written =
+        object != NULL && json_dumpf(object, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) == 0;
     json_decref(object);
     if (written && fputc('\n', stdout) != EOF && fflush(stdout) == 0) return code;
-    return code != EXIT_DONE
-               ? code
-               : report_error(EXIT_IO, NULL, "standard output cannot be written");
+    return code != EXIT_DONE ? code
+                             : report_error(EXIT_IO, NULL, "standard output cannot be written");
 }

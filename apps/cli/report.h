@@ -46,14 +46,14 @@ void report_log(void *user, const snell_message *message); /* a snell_log_fn */
 /* Messages about `real` speak of `shown` instead; NULL, NULL ends it. Both are borrowed. */
 void report_alias(const char *real, const char *shown);
 
-/* How many warnings since the last report_begin, and the exit code they get by --strict. */
-unsigned report_warning_count(void);
-int report_strict(void); /* 0, or the error that stands for them, reported */
+/* By --strict: the error that stands for the warnings since report_begin, reported; else 0. */
+int report_strict(void);
 void report_begin(void); /* forgets warnings and error: another file comes */
 json_t *report_take_warnings(void);
 json_t *report_take_error(void); /* NULL when there was none */
 
-/* The one object on standard output; takes the reference. Returns `code`, or 5 if writing failed. */
+/* The one object on standard output; takes the reference. Returns `code`, or 5 if writing failed.
+ */
 int report_emit(json_t *object, int code);
 bool report_emitted(void);
 json_t *report_text(const char *text); /* a JSON string, also of bytes that are not UTF-8 */

@@ -46,8 +46,8 @@ static const char *option_or_environment(const options *o, option_id id, const c
 }
 
 static int read_threads(const options *o, uint32_t *out) {
-    const char *source, *text = option_or_environment(o, OPT_THREADS, "--threads", "SNELL_THREADS",
-                                                      &source);
+    const char *source,
+        *text = option_or_environment(o, OPT_THREADS, "--threads", "SNELL_THREADS", &source);
     uint64_t threads = 0;
     if (text != NULL && !text_uint(text, 1, THREADS_MAX, &threads)) {
         return report_usage(NULL, "%s: '%s' is not a whole number from 1 to %d", source, text,
@@ -58,8 +58,7 @@ static int read_threads(const options *o, uint32_t *out) {
 }
 
 static int read_isa(const options *o, snell_isa *out) {
-    const char *source,
-        *text = option_or_environment(o, OPT_ISA, "--isa", "SNELL_ISA", &source);
+    const char *source, *text = option_or_environment(o, OPT_ISA, "--isa", "SNELL_ISA", &source);
     *out = SNELL_ISA_AUTO;
     if (text == NULL) return EXIT_DONE;
     for (int isa = SNELL_ISA_AUTO; isa <= SNELL_ISA_AVX512; isa++) {

@@ -9,8 +9,8 @@
 typedef struct session {
     const options *options;
     snell_context *context;
-    uint64_t memory_max;  /* 0: not limited */
-    char *spool_folder;   /* where standard input was written; "" when it was not */
+    uint64_t memory_max; /* 0: not limited */
+    char *spool_folder;  /* where standard input was written; "" when it was not */
     char *spool_file;
 } session;
 

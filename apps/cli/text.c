@@ -221,10 +221,14 @@ void text_print_shell(FILE *to, const char *text) {
     }
     fputs(control ? "$'" : "'", to);
     for (const unsigned char *c = (const unsigned char *)text; *c != '\0'; c++) {
-        if (control && (*c < 32 || *c >= 127)) fprintf(to, "\\x%02x", (unsigned)*c);
-        else if (control && (*c == '\'' || *c == '\\')) fprintf(to, "\\%c", *c);
-        else if (*c == '\'') fputs("'\\''", to);
-        else fputc(*c, to);
+        if (control && (*c < 32 || *c >= 127))
+            fprintf(to, "\\x%02x", (unsigned)*c);
+        else if (control && (*c == '\'' || *c == '\\'))
+            fprintf(to, "\\%c", *c);
+        else if (*c == '\'')
+            fputs("'\\''", to);
+        else
+            fputc(*c, to);
     }
     fputc('\'', to);
 }

@@ -18,7 +18,7 @@ void text_choice_list(const char *choices, char *out, size_t size);
 
 /* Whole numbers and decimals; the entire text must be one. */
 bool text_uint(const char *text, uint64_t min, uint64_t max, uint64_t *out);
-bool text_number(const char *text, double *out); /* finite; with '.', whatever the locale */
+bool text_number(const char *text, double *out);  /* finite; with '.', whatever the locale */
 bool text_bytes(const char *text, uint64_t *out); /* 512M, 8G, 100000 */
 /* #rgb, #rrggbb (sRGB), one number (grey), r,g,b (linear), white, black, grey. */
 bool text_color(const char *text, snell_vec3 *out);

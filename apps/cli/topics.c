@@ -54,7 +54,8 @@ static const char exit_text[] =
     "  130, 143   ended by Ctrl-C or SIGTERM; what was done is in OUT.partial.EXT\n"
     "\n"
     "With --json standard output has one object, also after an error:\n"
-    "  {\"schema\": 1, \"error\": {\"status\", \"message\", \"hint\", \"file\", \"line\", \"column\",\n"
+    "  {\"schema\": 1, \"error\": {\"status\", \"message\", \"hint\", \"file\", \"line\", "
+    "\"column\",\n"
     "  \"exit\"}, \"warnings\": [...]}; of several files, \"files\" is a list of such objects.";
 
 static const char environment_text[] =

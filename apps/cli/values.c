@@ -75,11 +75,17 @@ static int read_view(const char *text, render_values *v) {
     static const struct {
         const char *name;
         double azimuth, elevation;
-    } names[] = {{"front", 0, 0}, {"back", 180, 0},   {"left", -90, 0},         {"right", 90, 0},
-                 {"top", 0, 90},  {"bottom", 0, -90}, {"iso", 45, 35.264389682754654}};
+    } names[] = {{"front", 0, 0},
+                 {"back", 180, 0},
+                 {"left", -90, 0},
+                 {"right", 90, 0},
+                 {"top", 0, 90},
+                 {"bottom", 0, -90},
+                 {"iso", 45, 35.264389682754654}};
     double azimuth = 0, elevation = 0;
-    char word[32], near[16], hint[160] = "front, back, left, right, top, bottom, iso, or azimuth "
-                                         "and elevation in degrees such as 30,15";
+    char word[32], near[16],
+        hint[160] = "front, back, left, right, top, bottom, iso, or azimuth "
+                    "and elevation in degrees such as 30,15";
     const char *at = text;
     bool found = false;
     for (size_t i = 0; i < sizeof names / sizeof names[0] && !found; i++) {
@@ -195,7 +201,7 @@ int values_read(const options *o, render_values *v) {
     if (code == EXIT_DONE) code = read_rendering(o, v);
     if (code == EXIT_DONE && o->value[OPT_CAMERA] != NULL && v->has_view) {
         code = report_usage("--view frames the model by itself", "--camera and --view exclude each "
-                                                                  "other");
+                                                                 "other");
     }
     for (size_t i = 0; i < o->set.count && code == EXIT_DONE; i++) {
         const char *equals = strchr(o->set.items[i], '=');
