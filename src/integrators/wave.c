@@ -2,6 +2,7 @@
  * added in fixed point, so the order in which anything happens is free and never shows in the
  * picture. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "integrators/integrator.h"
@@ -20,10 +21,11 @@ struct wave {
     wave_settings settings;
     path_ray *pool; /* a stack: the newest rays are traced first, which bounds it */
     size_t pool_count, pool_capacity;
+    path_ray *next; /* what the wave that is being traced emits */
+    size_t next_count, next_capacity;
     shadow_ray *shadows;
     size_t shadow_count, shadow_capacity;
     /* what is being traced */
-    path_ray *current;
     ray *rays;
     hit *hits;
     uint8_t *blocked;
@@ -41,11 +43,10 @@ snell_status wave_create(const wave_settings *settings, wave **out) {
     w->settings = *settings;
     if (w->settings.wave_size == 0) w->settings.wave_size = 2048;
     size_t size = w->settings.wave_size;
-    w->current = memory_resize(NULL, size, sizeof *w->current);
     w->rays = memory_resize(NULL, size, sizeof *w->rays);
     w->hits = memory_resize(NULL, size, sizeof *w->hits);
     w->blocked = memory_resize(NULL, size, sizeof *w->blocked);
-    if (!w->current || !w->rays || !w->hits || !w->blocked) {
+    if (!w->rays || !w->hits || !w->blocked) {
         wave_destroy(w);
         return error_no_memory();
     }
@@ -57,7 +58,7 @@ void wave_destroy(wave *w) {
     if (w == NULL) return;
     free(w->pool);
     free(w->shadows);
-    free(w->current);
+    free(w->next);
     free(w->rays);
     free(w->hits);
     free(w->blocked);
@@ -81,15 +82,15 @@ void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
 void emit_background(wave *w, const path_ray *r) {
     const scene *s = w->settings.scene;
     if (r->primary && w->settings.transparent) return;
-    emit_radiance(w, r, scene_background(s, dvec3_normalize(dvec3_from(r->ray.d))));
+    emit_radiance(w, r, scene_background(s, dvec3_from(r->ray.d)));
 }
 
 static void push_ray(wave *w, const path_ray *child) {
-    if (!ARRAY_GROW(w->pool, w->pool_count, w->pool_capacity, 1)) {
+    if (!ARRAY_GROW(w->next, w->next_count, w->next_capacity, 1)) {
         w->out_of_memory = true;
         return;
     }
-    w->pool[w->pool_count++] = *child;
+    w->next[w->next_count++] = *child;
     w->stats.rays[child->kind]++;
 }
 
@@ -293,21 +294,27 @@ static void handle_miss(wave *w, path_ray *r) {
     w->settings.integrator->miss(w, r);
 }
 
+/* Traces the newest `count` rays of the pool; what they emit takes their place. */
 static void trace_wave(wave *w, size_t count) {
-    w->pool_count -= count;
-    for (size_t i = 0; i < count; i++) {
-        w->current[i] = w->pool[w->pool_count + i];
-        w->rays[i] = w->current[i].ray;
-    }
+    path_ray *current = w->pool + (w->pool_count - count);
+    for (size_t i = 0; i < count; i++) w->rays[i] = current[i].ray;
     accel_trace(w->settings.scene->accel, w->settings.isa, w->rays, w->hits, count,
                 &w->stats.counters);
+    w->next_count = 0;
     for (size_t i = 0; i < count; i++) {
         if (w->hits[i].instance == NO_ID)
-            handle_miss(w, &w->current[i]);
+            handle_miss(w, &current[i]);
         else
-            handle_hit(w, &w->current[i], &w->hits[i]);
+            handle_hit(w, &current[i], &w->hits[i]);
     }
     test_shadows(w);
+    w->pool_count -= count;
+    if (!ARRAY_GROW(w->pool, w->pool_count, w->pool_capacity, w->next_count)) {
+        w->out_of_memory = true;
+        return;
+    }
+    if (w->next_count) memcpy(w->pool + w->pool_count, w->next, w->next_count * sizeof *w->next);
+    w->pool_count += w->next_count;
 }
 
 /* ---- camera rays ---- */
@@ -320,14 +327,14 @@ static void push_camera_ray(wave *w, uint32_t x, uint32_t y, uint32_t pixel, uin
     camera_sample at = {x + place.x, y + place.y, s->width, s->height};
     vec3 o, d;
     s->camera->ray(&s->frame, &at, &o, &d);
-    path_ray r = {.ray = ray_make(o, d, 0, INFINITY),
-                  .weight = {1, 1, 1},
-                  .pixel = pixel,
-                  .code = path_code_child(PATH_CODE_CAMERA, sample),
-                  .media = s->camera_media,
-                  .kind = RAY_CAMERA,
-                  .primary = true};
-    push_ray(w, &r);
+    w->pool[w->pool_count++] = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
+                                          .weight = {1, 1, 1},
+                                          .pixel = pixel,
+                                          .code = path_code_child(PATH_CODE_CAMERA, sample),
+                                          .media = s->camera_media,
+                                          .kind = RAY_CAMERA,
+                                          .primary = true};
+    w->stats.rays[RAY_CAMERA]++;
 }
 
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
@@ -339,6 +346,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     film_block_clear(block);
     w->film = block;
     w->pool_count = w->shadow_count = 0;
+    if (!ARRAY_GROW(w->pool, 0, w->pool_capacity, size)) return error_no_memory();
     while (next < end || w->pool_count > 0) {
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
          * starve the kernel. */

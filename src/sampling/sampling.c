@@ -26,30 +26,34 @@ static uint32_t reverse_bits(uint32_t x) {
     return x >> 16 | x << 16;
 }
 
-/* An Owen scramble in bit-reversed order: every step lets a bit change only higher bits (Laine and
- * Karras 2011, with the constants of Burley 2020). */
-static uint32_t owen_scramble(uint32_t x, uint32_t seed) {
-    x = reverse_bits(x);
+/* An Owen scramble of numbers whose bits are reversed: every step lets a bit change only higher bits
+ * (Laine and Karras 2011, with the constants of Burley 2020). */
+static uint32_t scramble_reversed(uint32_t x, uint32_t seed) {
     x += seed;
     x ^= x * 0x6c50b47cu;
     x ^= x * 0xb82f1e52u;
     x ^= x * 0xc7afe638u;
     x ^= x * 0x8d22f6e6u;
-    return reverse_bits(x);
+    return x;
 }
 
-/* The second Sobol dimension: direction numbers of the polynomial 1 + x. */
-static uint32_t sobol_second(uint32_t index) {
-    uint32_t result = 0;
-    for (uint32_t v = 1u << 31; index; index >>= 1, v ^= v >> 1)
-        if (index & 1) result ^= v;
-    return result;
+/* The second Sobol dimension with its bits reversed. Its direction numbers are those of the polynomial 1 + x, so its
+ * matrix is Pascal's triangle modulo 2: by Lucas' theorem bit j of the result is the sum of all bits i of the index
+ * with j's bits among i's, which five steps compute. */
+static uint32_t sobol_second_reversed(uint32_t index) {
+    index ^= index >> 1 & 0x55555555u;
+    index ^= index >> 2 & 0x33333333u;
+    index ^= index >> 4 & 0x0f0f0f0fu;
+    index ^= index >> 8 & 0x00ff00ffu;
+    return index ^ index >> 16;
 }
 
 sample2 sample_point(uint64_t stream, uint32_t index) {
     uint64_t second = hash_mix(stream + 1);
-    uint32_t shuffled = owen_scramble(index, (uint32_t)second);
-    uint32_t x = owen_scramble(reverse_bits(shuffled), (uint32_t)stream);
-    uint32_t y = owen_scramble(sobol_second(shuffled), (uint32_t)(stream >> 32));
+    uint32_t shuffled = reverse_bits(scramble_reversed(reverse_bits(index), (uint32_t)second));
+    /* The first dimension is the index with its bits reversed, so its reversed bits are the index. */
+    uint32_t x = reverse_bits(scramble_reversed(shuffled, (uint32_t)stream));
+    uint32_t y =
+        reverse_bits(scramble_reversed(sobol_second_reversed(shuffled), (uint32_t)(stream >> 32)));
     return (sample2){x * 0x1p-32, y * 0x1p-32};
 }

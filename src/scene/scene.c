@@ -50,7 +50,8 @@ static void freeze_settings(scene *s, const description *d) {
     if (background) {
         const background_desc *b = background->desc;
         s->background = s->background_top = dvec3_from(b->color);
-        if (b->top.x >= 0 && b->top.y >= 0 && b->top.z >= 0) s->background_top = dvec3_from(b->top);
+        s->has_gradient = b->top.x >= 0 && b->top.y >= 0 && b->top.z >= 0;
+        if (s->has_gradient) s->background_top = dvec3_from(b->top);
         s->background_alpha = (double)b->alpha;
     }
     if (ambient) s->ambient = dvec3_from(((const ambient_desc *)ambient->desc)->color);
@@ -163,7 +164,8 @@ void scene_destroy(scene *s) {
 }
 
 dvec3 scene_background(const scene *s, dvec3 direction) {
-    double t = clamp01((1 + direction.y) / 2);
+    if (!s->has_gradient) return s->background;
+    double t = clamp01((1 + direction.y / dvec3_length(direction)) / 2);
     return dvec3_add(dvec3_scale(s->background, 1 - t), dvec3_scale(s->background_top, t));
 }
 

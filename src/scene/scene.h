@@ -35,6 +35,7 @@ typedef struct scene {
     accel *accel;
     bounds3 bounds; /* without planes */
     dvec3 background, background_top, ambient;
+    bool has_gradient;
     double background_alpha;
     double brightest_background; /* its largest component anywhere */
     bool has_filters;            /* some shadow rays pass through surfaces */
@@ -48,7 +49,7 @@ typedef struct scene_options {
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out);
 void scene_destroy(scene *s);
-dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
+dvec3 scene_background(const scene *s, dvec3 direction); /* direction: any length */
 
 /* Everything about a hit that shading needs, in the world. */
 typedef struct shade_point {
