@@ -7,7 +7,12 @@
 #include "accel/kernels/kernel.h"
 #include "simd/float8.h"
 
+/* Under the sanitizers, whose checks multiply, the compiler would need minutes for one function. */
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define INLINE static inline
+#else
 #define INLINE static inline __attribute__((always_inline))
+#endif
 
 /* A ray in one space, made ready for the slab test. */
 typedef struct prepared {
