@@ -53,7 +53,8 @@ static dvec3 direction(void) {
     }
 }
 static dvec3 in_ball(dvec3 center, double radius) {
-    return dvec3_add(center, dvec3_scale(direction(), radius * uniform()));
+    double distance = radius * uniform(); /* one draw per statement: compilers agree on the order */
+    return dvec3_add(center, dvec3_scale(direction(), distance));
 }
 
 /* ---- the slow solvers ---- */
@@ -166,8 +167,9 @@ static real distance_disk(const void *desc, vec p) {
 
 static void make_quad(void *desc, dvec3 at, double size) {
     quad_like *s = desc;
-    s->u = vec3_from(dvec3_scale(direction(), size * between(0.2, 0.6)));
-    do s->v = vec3_from(dvec3_scale(direction(), size * between(0.2, 0.6)));
+    double a = size * between(0.2, 0.6), b = size * between(0.2, 0.6);
+    s->u = vec3_from(dvec3_scale(direction(), a));
+    do s->v = vec3_from(dvec3_scale(direction(), b));
     while (length(cross(wide(s->u), wide(s->v))) < 0.01L * size * size);
     s->corner = vec3_from(at);
 }
@@ -194,7 +196,8 @@ static real distance_quad(const void *desc, vec p) {
 
 static void make_box(void *desc, dvec3 at, double size) {
     box_like *s = desc;
-    dvec3 half = {size * between(0.05, 0.3), size * between(0.05, 0.3), size * between(0.05, 0.3)};
+    double x = size * between(0.05, 0.3), y = size * between(0.05, 0.3);
+    dvec3 half = {x, y, size * between(0.05, 0.3)};
     s->min = vec3_from(dvec3_sub(at, half));
     s->max = vec3_from(dvec3_add(at, half));
 }
@@ -433,7 +436,8 @@ static local_ray random_ray(const setting *s, int kind, const surface *last) {
         dvec3_frame(last->n, &t, &b);
         double angle = between(0, 2 * PI);
         dvec3 d = dvec3_add(dvec3_scale(t, cos(angle)), dvec3_scale(b, sin(angle)));
-        d = dvec3_add(d, dvec3_scale(last->n, between(-1, 1) * exp2(-between(1, 50))));
+        double out = exp2(-between(1, 50));
+        d = dvec3_add(d, dvec3_scale(last->n, random_bits() & 1 ? out : -out));
         return ray_between(dvec3_sub(last->p, dvec3_scale(d, far)), last->p);
     }
     case 4: return ray_between(last->p, target); /* starts on the surface, as near as floats are */
@@ -774,7 +778,9 @@ static bool float_triangle(const vec3 v[3], const local_ray *beam, float *t) {
 }
 
 /* On a flat floor of triangles a ray that leaves one must not meet its neighbours: their planes
- * agree only up to the rounding of their vertices, and the kernels test in float. */
+ * agree only up to the rounding of their vertices, and the kernels test in float. To that test a
+ * ray within 32 roundings of the tangent plane sees the floor edge-on, and its t may be anything.
+ */
 static void a_ray_that_leaves_a_floor_meets_no_neighbour(void **state) {
     (void)state;
     enum { SIDE = 4, COUNT = SIDE * SIDE };
@@ -789,25 +795,26 @@ static void a_ray_that_leaves_a_floor_meets_no_neighbour(void **state) {
             used += 6;
         }
     random_state = 7;
-    long tested = 0, near_hits = 0;
-    for (int n = 0; n < 4000; n++) {
-        double size = exp2(between(-10, 20));
-        dvec3 at = dvec3_scale(direction(), size * exp2(between(-4, 14))), x, y, z = direction();
+    long tested = 0, near_hits = 0, edge_on = 0;
+    for (int n = 0; n < 8000; n++) {
+        double size = exp2(between(-10, 20)), far = size * exp2(between(-4, 14));
+        dvec3 at = dvec3_scale(direction(), far), x, y, z = direction();
         if (n % 4 == 0) z = (dvec3){0, 1, 0};
         dvec3_frame(z, &x, &y);
         vec3 positions[COUNT];
-        for (int i = 0; i < COUNT; i++)
-            positions[i] = vec3_from(
-                dvec3_add(at, dvec3_add(dvec3_scale(x, size * (i / SIDE + between(-0.3, 0.3))),
-                                        dvec3_scale(y, size * (i % SIDE + between(-0.3, 0.3))))));
+        for (int i = 0; i < COUNT; i++) {
+            double a = size * (i / SIDE + between(-0.3, 0.3));
+            double b = size * (i % SIDE + between(-0.3, 0.3));
+            dvec3 offset = dvec3_add(dvec3_scale(x, a), dvec3_scale(y, b));
+            positions[i] = vec3_from(dvec3_add(at, offset));
+        }
         mesh_desc mesh = {.positions = positions,
                           .positions_count = COUNT,
                           .indices = indices,
                           .indices_count = used};
-        hit found = {.t = 1,
-                     .u = (float)exp2(-between(1, 24)),
-                     .v = (float)exp2(-between(1, 24)),
-                     .primitive = (uint32_t)(random_bits() % (used / 3))};
+        hit found = {.t = 1, .primitive = (uint32_t)(random_bits() % (used / 3))};
+        found.u = (float)exp2(-between(1, 24)); /* also near an edge */
+        found.v = (float)exp2(-between(1, 24));
         local_ray first = {{0, 0, 0}, vec3_from(dvec3_negate(z)), 0, INFINITY};
         surface s;
         type->surface(&mesh, &first, &found, &s);
@@ -829,13 +836,16 @@ static void a_ray_that_leaves_a_floor_meets_no_neighbour(void **state) {
                 tested++;
                 /* A rounded floor has real dents: below the neighbour's plane a hit is true. */
                 if (is_hit && height <= 0) near_hits++;
-                if (is_hit && height > 0 && dot(normal, wide(next.d)) * side > 0)
+                if (!(is_hit && height > 0 && dot(normal, wide(next.d)) * side > 0)) continue;
+                if (fabs(side) <= 32 * FLOAT_EPSILON * dvec3_length(dvec3_from(next.d)))
+                    edge_on++;
+                else
                     fail_msg("met a neighbour at t %g, size %g", (double)t, size);
             }
         }
     }
-    printf("floor: %ld tests, %ld true hits of dents\n", tested, near_hits);
-    assert_true(tested > 500000);
+    printf("floor: %ld tests, %ld true hits of dents, %ld edge-on\n", tested, near_hits, edge_on);
+    assert_true(tested > 500000 && edge_on < 100);
 }
 
 static void the_next_origin_is_beyond(void **state) {
@@ -843,7 +853,8 @@ static void the_next_origin_is_beyond(void **state) {
     random_state = 3;
     for (int n = 0; n < 200000; n++) {
         dvec3 place = dvec3_scale(direction(), exp2(between(-20, 30)));
-        surface s = surface_make(place, direction(), exp2(between(-60, 10)));
+        double error = exp2(between(-60, 10));
+        surface s = surface_make(place, direction(), error);
         if (n % 3 == 0) s.n = (dvec3){0, n & 1 ? 1 : -1, 0};
         if (n % 5 == 0) s.error = 0;
         if (n % 7 == 0) s.p = dvec3_from(vec3_from(place)); /* exactly on floats */

@@ -56,6 +56,7 @@ static exr_result_t write_head(exr_context_t file, const image_pixels *pixels, c
     if (!failed)
         failed = exr_initialize_required_attr_simple(file, part, (int32_t)pixels->width,
                                                      (int32_t)pixels->height, EXR_COMPRESSION_ZIP);
+    if (!failed) failed = exr_set_zip_compression_level(file, part, 4);
     for (uint32_t c = 0; !failed && c < pixels->channels; c++)
         failed = exr_add_channel(file, part, names[c], EXR_PIXEL_FLOAT,
                                  EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);

@@ -59,7 +59,7 @@ static bool write_png(png_structp png, png_infop info, png_job *job) {
                          .text = (png_charp)(uintptr_t)job->options->tag};
         png_set_text(png, info, &text, 1);
     }
-    png_set_compression_level(png, 6);
+    png_set_compression_level(png, 4); /* 2.5 times as fast as 6, and 0.6 % longer */
     png_write_info(png, info);
     for (uint32_t y = 0; y < job->pixels->height; y++) {
         image_row_8bit(job->pixels, job->options, y, channels, job->row);
