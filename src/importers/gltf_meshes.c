@@ -1,0 +1,396 @@
+/* glTF primitives become shapes of type "mesh": one per primitive, shared by all nodes that draw
+ * the glTF mesh, except where a skin or a node's own morph weights make it another one. */
+#include "importers/gltf.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "geometry/mesh.h"
+
+enum {
+    MODE_POINTS,
+    MODE_LINES,
+    MODE_LOOP,
+    MODE_STRIP_OF_LINES,
+    MODE_TRIANGLES,
+    MODE_STRIP,
+    MODE_FAN
+};
+
+/* What one node adds to the mesh it draws. */
+typedef struct pose {
+    const double *weights; /* of the morph targets */
+    size_t weight_count;
+    dmat *joints; /* joint_count matrices from the mesh to the world; NULL: no skin */
+    size_t joint_count;
+} pose;
+
+/* A primitive while it is built; every array is owned and has `count` entries. */
+typedef struct builder {
+    gltf *g;
+    const json_t *primitive;
+    const pose *pose;
+    char where[96]; /* "meshes[1].primitives[0]" */
+    size_t count, index_count;
+    float *positions, *normals, *uvs;
+    snell_vec3 *colors;
+    uint8_t *alphas;
+    uint32_t *indices;
+} builder;
+
+static void builder_deinit(builder *b) {
+    free(b->positions);
+    free(b->normals);
+    free(b->uvs);
+    free(b->colors);
+    free(b->alphas);
+    free(b->indices);
+}
+
+/* ---- attributes ---- */
+
+/* SIZE_MAX: the primitive has none of this name. */
+static size_t attribute(const json_t *map, const char *name) {
+    return json_index(map, name, SIZE_MAX);
+}
+
+static snell_status check_count(const builder *b, size_t accessor, const char *where) {
+    if (gltf_accessor_count(b->g, accessor) == b->count) return SNELL_OK;
+    return gltf_error(b->g, SNELL_ERR_SYNTAX, where, "has %zu elements where POSITION has %zu",
+                      gltf_accessor_count(b->g, accessor), b->count);
+}
+
+/* An attribute's floats, or NULL when there is none. */
+static snell_status read_attribute(builder *b, const json_t *map, const char *where_map,
+                                   const char *name, unsigned components, float **out) {
+    size_t accessor = attribute(map, name);
+    if (accessor == SIZE_MAX) return SNELL_OK;
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "%s.%s.%s", b->where, where_map, name);
+    snell_status status = check_count(b, accessor, where);
+    return status ? status : gltf_accessor_floats(b->g, accessor, components, where, out);
+}
+
+static snell_status read_colors(builder *b, const json_t *map, bool want_alpha) {
+    size_t accessor = attribute(map, "COLOR_0");
+    if (accessor == SIZE_MAX) return SNELL_OK;
+    unsigned components = gltf_accessor_components(b->g, accessor) == 4 ? 4 : 3;
+    float *values = NULL;
+    snell_status status = read_attribute(b, map, "attributes", "COLOR_0", components, &values);
+    if (status) return status;
+    b->colors = memory_resize(NULL, b->count, sizeof *b->colors);
+    if (want_alpha && components == 4) b->alphas = memory_resize(NULL, b->count, 1);
+    if (b->colors == NULL || (want_alpha && components == 4 && b->alphas == NULL)) {
+        free(values);
+        return error_no_memory();
+    }
+    for (size_t i = 0; i < b->count; i++) {
+        const float *c = values + i * components;
+        b->colors[i] = (snell_vec3){c[0] > 0 ? c[0] : 0, c[1] > 0 ? c[1] : 0, c[2] > 0 ? c[2] : 0};
+        if (b->alphas) b->alphas[i] = (uint8_t)(clamp01((double)c[3]) * 255 + 0.5);
+    }
+    free(values);
+    return SNELL_OK;
+}
+
+static snell_status read_uvs(builder *b, const json_t *map, unsigned set) {
+    char name[24];
+    snprintf(name, sizeof name, "TEXCOORD_%u", set);
+    snell_status status = read_attribute(b, map, "attributes", name, 2, &b->uvs);
+    for (size_t i = 0; b->uvs && i < b->count; i++) b->uvs[2 * i + 1] = 1 - b->uvs[2 * i + 1];
+    return status;
+}
+
+/* ---- morph targets: base + sum of weight * displacement ---- */
+
+static snell_status add_target(builder *b, size_t target, const char *name, float *base,
+                               double weight) {
+    const json_t *map = json_array_get(json_at(b->primitive, "targets"), target);
+    char list[32];
+    snprintf(list, sizeof list, "targets[%zu]", target);
+    float *moves = NULL;
+    snell_status status = read_attribute(b, map, list, name, 3, &moves);
+    for (size_t i = 0; moves && i < 3 * b->count; i++)
+        base[i] = (float)((double)base[i] + weight * (double)moves[i]);
+    free(moves);
+    return status;
+}
+
+static snell_status morph(builder *b) {
+    size_t targets = json_array_size(json_at(b->primitive, "targets"));
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < targets && i < b->pose->weight_count && !status; i++) {
+        double weight = b->pose->weights[i];
+        if (weight == 0) continue;
+        status = add_target(b, i, "POSITION", b->positions, weight);
+        if (!status && b->normals) status = add_target(b, i, "NORMAL", b->normals, weight);
+    }
+    return status;
+}
+
+/* ---- skins: every vertex moves by the weighted mean of its joints' matrices ---- */
+
+/* Normals turn by the cofactor matrix, which is the inverse transpose but for its length. */
+static dvec3 turn_normal(const dmat *a, dvec3 n) {
+    dvec3 x = {a->m[0][0], a->m[1][0], a->m[2][0]}, y = {a->m[0][1], a->m[1][1], a->m[2][1]},
+          z = {a->m[0][2], a->m[1][2], a->m[2][2]};
+    dvec3 yz = dvec3_cross(y, z), zx = dvec3_cross(z, x), xy = dvec3_cross(x, y);
+    return dvec3_normalize(
+        dvec3_add(dvec3_scale(yz, n.x), dvec3_add(dvec3_scale(zx, n.y), dvec3_scale(xy, n.z))));
+}
+
+static dvec3 load3(const float *p) { return (dvec3){(double)p[0], (double)p[1], (double)p[2]}; }
+
+static void store3(float *p, dvec3 v) { p[0] = (float)v.x, p[1] = (float)v.y, p[2] = (float)v.z; }
+
+typedef struct influence {
+    uint32_t *joints;
+    float *weights;
+} influence;
+
+enum { INFLUENCE_SETS_MAX = 4 };
+
+static void skin_vertex(builder *b, const influence *sets, int set_count, size_t i) {
+    dmat sum = {{{0}}};
+    double total = 0;
+    for (int s = 0; s < set_count; s++)
+        for (int k = 0; k < 4; k++) {
+            double w = (double)sets[s].weights[4 * i + (size_t)k];
+            const dmat *joint = &b->pose->joints[sets[s].joints[4 * i + (size_t)k]];
+            total += w;
+            for (int e = 0; w != 0 && e < 12; e++) (&sum.m[0][0])[e] += w * (&joint->m[0][0])[e];
+        }
+    if (!(total > 0)) return;
+    for (int e = 0; e < 12; e++) (&sum.m[0][0])[e] /= total;
+    store3(b->positions + 3 * i, dmat_point(&sum, load3(b->positions + 3 * i)));
+    if (b->normals) store3(b->normals + 3 * i, turn_normal(&sum, load3(b->normals + 3 * i)));
+}
+
+static snell_status read_influence(builder *b, const json_t *map, int set, influence *out) {
+    char joints[24], weights[24], where[JSON_PATH_SIZE];
+    snprintf(joints, sizeof joints, "JOINTS_%d", set);
+    snprintf(weights, sizeof weights, "WEIGHTS_%d", set);
+    snprintf(where, sizeof where, "%s.attributes.%s", b->where, joints);
+    size_t accessor = attribute(map, joints);
+    if (attribute(map, weights) == SIZE_MAX)
+        return gltf_error(b->g, SNELL_ERR_SYNTAX, where, "%s is missing", weights);
+    snell_status status = check_count(b, accessor, where);
+    if (!status) status = gltf_accessor_uints(b->g, accessor, 4, where, &out->joints);
+    if (!status) status = read_attribute(b, map, "attributes", weights, 4, &out->weights);
+    for (size_t i = 0; !status && i < 4 * b->count; i++) {
+        if (out->joints[i] >= b->pose->joint_count) {
+            if (out->weights[i] != 0)
+                return gltf_error(b->g, SNELL_ERR_SYNTAX, where,
+                                  "joint %u of vertex %zu: the skin has %zu", out->joints[i], i / 4,
+                                  b->pose->joint_count);
+            out->joints[i] = 0;
+        }
+    }
+    return status;
+}
+
+static snell_status apply_skin(builder *b, const json_t *map) {
+    influence sets[INFLUENCE_SETS_MAX] = {{0}};
+    int count = 0;
+    snell_status status = SNELL_OK;
+    char name[24] = "JOINTS_0";
+    while (!status && count < INFLUENCE_SETS_MAX && attribute(map, name) != SIZE_MAX) {
+        status = read_influence(b, map, count, &sets[count]);
+        count++;
+        snprintf(name, sizeof name, "JOINTS_%d", count);
+    }
+    for (size_t i = 0; !status && count > 0 && i < b->count; i++) skin_vertex(b, sets, count, i);
+    for (int s = 0; s < count; s++) {
+        free(sets[s].joints);
+        free(sets[s].weights);
+    }
+    if (status || count > 0) return status;
+    return gltf_warn(b->g, "%s: has no JOINTS_0 although its node has a skin", b->where);
+}
+
+/* ---- triangles ---- */
+
+static void put_triangle(uint32_t *out, const uint32_t *in, size_t a, size_t b, size_t c) {
+    out[0] = in ? in[a] : (uint32_t)a;
+    out[1] = in ? in[b] : (uint32_t)b;
+    out[2] = in ? in[c] : (uint32_t)c;
+}
+
+/* Strips and fans by the formulas of the specification, section 3.7.2.1. in NULL: 0, 1, 2, ... */
+static snell_status make_triangles(builder *b, const uint32_t *in, size_t count, size_t mode) {
+    size_t triangles = mode == MODE_TRIANGLES ? count / 3 : count < 3 ? 0 : count - 2;
+    snell_status status = gltf_spend(b->g, b->where, (uint64_t)triangles * 12);
+    if (status || triangles == 0) return status;
+    b->indices = memory_resize(NULL, 3 * triangles, sizeof *b->indices);
+    if (b->indices == NULL) return error_no_memory();
+    b->index_count = 3 * triangles;
+    for (size_t i = 0; i < triangles; i++) {
+        uint32_t *out = b->indices + 3 * i;
+        if (mode == MODE_TRIANGLES)
+            put_triangle(out, in, 3 * i, 3 * i + 1, 3 * i + 2);
+        else if (mode == MODE_STRIP)
+            put_triangle(out, in, i, i + (1 + i % 2), i + (2 - i % 2));
+        else
+            put_triangle(out, in, i + 1, i + 2, 0);
+    }
+    return SNELL_OK;
+}
+
+static snell_status read_triangles(builder *b) {
+    size_t mode = json_index(b->primitive, "mode", MODE_TRIANGLES),
+           accessor = json_index(b->primitive, "indices", SIZE_MAX), count = b->count;
+    uint32_t *in = NULL;
+    snell_status status = SNELL_OK;
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "%s.indices", b->where);
+    if (accessor != SIZE_MAX) {
+        count = gltf_accessor_count(b->g, accessor);
+        status = gltf_accessor_uints(b->g, accessor, 1, where, &in);
+    }
+    for (size_t i = 0; in && i < count && !status; i++)
+        if (in[i] >= b->count)
+            status = gltf_error(b->g, SNELL_ERR_SYNTAX, where, "index %u: there are %zu vertices",
+                                in[i], b->count);
+    if (!status && (count < 3 || (mode == MODE_TRIANGLES && count % 3 != 0)))
+        status = gltf_warn(b->g, "%s: %zu vertices do not make whole triangles", b->where, count);
+    if (!status) status = make_triangles(b, in, count, mode);
+    free(in);
+    return status;
+}
+
+/* ---- one primitive ---- */
+
+static snell_status read_vertices(builder *b) {
+    const json_t *map = json_at(b->primitive, "attributes");
+    size_t material = json_index(b->primitive, "material", SIZE_MAX);
+    snell_status status = read_attribute(b, map, "attributes", "POSITION", 3, &b->positions);
+    if (!status) status = read_attribute(b, map, "attributes", "NORMAL", 3, &b->normals);
+    if (!status) status = read_uvs(b, map, gltf_material_uv_set(b->g, material));
+    if (!status) status = read_colors(b, map, gltf_material_has_alpha(b->g, material));
+    if (!status) status = morph(b);
+    if (!status && b->pose->joints) status = apply_skin(b, map);
+    return status;
+}
+
+static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
+    char name[NAME_MAX_SIZE];
+    snell_status status = names_make_unique(&b->g->names, CATEGORY_SHAPE, wanted, name);
+    if (status) return status;
+    mesh_desc desc = {.struct_size = sizeof desc,
+                      .positions = (const snell_vec3 *)b->positions,
+                      .positions_count = b->count,
+                      .indices = b->indices,
+                      .indices_count = b->index_count,
+                      .normals = (const snell_vec3 *)b->normals,
+                      .normals_count = b->normals ? b->count : 0,
+                      .uvs = (const snell_vec2 *)b->uvs,
+                      .uvs_count = b->uvs ? b->count : 0,
+                      .colors = b->colors,
+                      .colors_count = b->colors ? b->count : 0,
+                      .alphas = b->alphas,
+                      .alphas_count = b->alphas ? b->count : 0};
+    object_source source = {name[0] ? name : NULL, b->g->path, 0};
+    status = description_add_desc(b->g->d, type_find(CATEGORY_SHAPE, "mesh"), &desc, source, shape);
+    return gltf_blame(b->g, b->where, status);
+}
+
+/* *shape stays NO_SHAPE when there is nothing to draw. */
+static snell_status build_primitive(gltf *g, size_t mesh, size_t index, const pose *p,
+                                    uint32_t *shape) {
+    const json_t *mesh_json = json_item(g, "meshes", mesh);
+    builder b = {
+        .g = g, .primitive = json_array_get(json_at(mesh_json, "primitives"), index), .pose = p};
+    snprintf(b.where, sizeof b.where, "meshes[%zu].primitives[%zu]", mesh, index);
+    if (json_index(b.primitive, "mode", MODE_TRIANGLES) < MODE_TRIANGLES)
+        return gltf_warn(g, "points and lines are not drawn");
+    size_t position = attribute(json_at(b.primitive, "attributes"), "POSITION");
+    if (position == SIZE_MAX) return gltf_warn(g, "%s: has no POSITION: not drawn", b.where);
+    b.count = gltf_accessor_count(g, position);
+    snell_status status = read_triangles(&b);
+    if (!status && b.index_count > 0) {
+        status = read_vertices(&b);
+        if (!status) status = add_shape(&b, json_text(mesh_json, "name"), shape);
+    }
+    builder_deinit(&b);
+    return status;
+}
+
+/* ---- what a node draws ---- */
+
+static snell_status read_joints(gltf *g, size_t skin_index, pose *p) {
+    const json_t *skin = json_item(g, "skins", skin_index), *joints = json_at(skin, "joints");
+    size_t count = json_array_size(joints),
+           accessor = json_index(skin, "inverseBindMatrices", SIZE_MAX);
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "skins[%zu].inverseBindMatrices", skin_index);
+    float *inverse = NULL;
+    if (accessor != SIZE_MAX) {
+        if (gltf_accessor_count(g, accessor) < count)
+            return gltf_error(g, SNELL_ERR_SYNTAX, where, "has fewer matrices than joints");
+        snell_status status = gltf_accessor_floats(g, accessor, 16, where, &inverse);
+        if (status) return status;
+    }
+    p->joints = memory_zeroed(count + 1, sizeof *p->joints);
+    p->joint_count = count;
+    for (size_t i = 0; p->joints && i < count; i++) {
+        p->joints[i] = g->nodes[(size_t)json_number_value(json_array_get(joints, i))].world;
+        if (inverse == NULL) continue;
+        double columns[16];
+        for (size_t k = 0; k < 16; k++) columns[k] = (double)inverse[16 * i + k];
+        dmat bind = dmat_from_columns(columns);
+        p->joints[i] = dmat_multiply(&p->joints[i], &bind);
+    }
+    free(inverse);
+    return p->joints ? SNELL_OK : error_no_memory();
+}
+
+static double *read_weights(const json_t *list, size_t *count) {
+    *count = json_array_size(list);
+    double *weights = memory_zeroed(*count + 1, sizeof *weights);
+    for (size_t i = 0; weights && i < *count; i++)
+        weights[i] = json_number_value(json_array_get(list, i));
+    return weights;
+}
+
+static snell_status build_all(gltf *g, size_t mesh, const pose *p, size_t count, uint32_t **out) {
+    uint32_t *shapes = memory_resize(NULL, count + 1, sizeof *shapes);
+    if (shapes == NULL) return error_no_memory();
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < count; i++) shapes[i] = NO_SHAPE;
+    for (size_t i = 0; i < count && !status; i++)
+        status = build_primitive(g, mesh, i, p, &shapes[i]);
+    if (status)
+        free(shapes);
+    else
+        *out = shapes;
+    return status;
+}
+
+snell_status gltf_mesh_shapes(gltf *g, size_t node, const uint32_t **shapes, bool *own,
+                              bool *in_world) {
+    const json_t *node_json = json_item(g, "nodes", node);
+    size_t mesh = json_index(node_json, "mesh", 0), skin = json_index(node_json, "skin", SIZE_MAX);
+    const json_t *mesh_json = json_item(g, "meshes", mesh),
+                 *weights = json_at(node_json, "weights");
+    mesh_entry *entry = &g->meshes[mesh];
+    *in_world = skin != SIZE_MAX;
+    *own = *in_world || weights != NULL;
+    *shapes = entry->shapes;
+    if (!*own && entry->shapes) return SNELL_OK;
+    pose p = {0};
+    double *values =
+        read_weights(weights ? weights : json_at(mesh_json, "weights"), &p.weight_count);
+    if (values == NULL) return error_no_memory();
+    p.weights = values;
+    snell_status status = *in_world ? read_joints(g, skin, &p) : SNELL_OK;
+    uint32_t *made = NULL;
+    size_t count = json_array_size(json_at(mesh_json, "primitives"));
+    if (!status) status = build_all(g, mesh, &p, count, &made);
+    if (!status && !*own) entry->shapes = made, entry->count = count;
+    *shapes = made;
+    free(p.joints);
+    free(values);
+    return status;
+}

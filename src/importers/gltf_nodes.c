@@ -1,0 +1,385 @@
+/* The node tree of glTF: where everything stands. */
+#include "importers/gltf.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "cameras/camera.h"
+#include "maths/functions.h"
+
+/* A cap on what few bytes can ask for by instancing. */
+enum { INSTANCES_MAX = 10000000 };
+
+/* ---- matrices in double, until the whole chain is multiplied ---- */
+
+dmat dmat_multiply(const dmat *a, const dmat *b) {
+    dmat out;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 4; c++)
+            out.m[r][c] = a->m[r][0] * b->m[0][c] + a->m[r][1] * b->m[1][c] +
+                          a->m[r][2] * b->m[2][c] + (c == 3 ? a->m[r][3] : 0);
+    return out;
+}
+
+dvec3 dmat_vector(const dmat *a, dvec3 v) {
+    return (dvec3){a->m[0][0] * v.x + a->m[0][1] * v.y + a->m[0][2] * v.z,
+                   a->m[1][0] * v.x + a->m[1][1] * v.y + a->m[1][2] * v.z,
+                   a->m[2][0] * v.x + a->m[2][1] * v.y + a->m[2][2] * v.z};
+}
+
+dvec3 dmat_point(const dmat *a, dvec3 p) {
+    return dvec3_add(dmat_vector(a, p), (dvec3){a->m[0][3], a->m[1][3], a->m[2][3]});
+}
+
+dmat dmat_from_columns(const double *m) {
+    dmat out;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 4; c++) out.m[r][c] = m[4 * c + r];
+    return out;
+}
+
+static bool is_finite(const dmat *a) {
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 4; c++)
+            if (!(fabs(a->m[r][c]) < 1e30)) return false; /* a float holds it with room to spare */
+    return true;
+}
+
+static transform to_transform(const dmat *a) {
+    transform out;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 4; c++) out.m[r][c] = (float)a->m[r][c];
+    return out;
+}
+
+/* T R S; q = (x, y, z, w), brought to unit length. */
+static dmat from_trs(const double *t, const double *q, const double *s) {
+    double length = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+    double f = length > 0 ? 1 / length : 0, x = q[0] * f, y = q[1] * f, z = q[2] * f,
+           w = length > 0 ? q[3] * f : 1;
+    return (dmat){{{(1 - 2 * (y * y + z * z)) * s[0], 2 * (x * y - z * w) * s[1],
+                    2 * (x * z + y * w) * s[2], t[0]},
+                   {2 * (x * y + z * w) * s[0], (1 - 2 * (x * x + z * z)) * s[1],
+                    2 * (y * z - x * w) * s[2], t[1]},
+                   {2 * (x * z - y * w) * s[0], 2 * (y * z + x * w) * s[1],
+                    (1 - 2 * (x * x + y * y)) * s[2], t[2]}}};
+}
+
+static snell_status node_local(gltf *g, size_t index, dmat *out) {
+    const json_t *node = json_item(g, "nodes", index);
+    double t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1}, m[16];
+    if (json_at(node, "matrix")) {
+        json_numbers(node, "matrix", m, 16);
+        *out = dmat_from_columns(m);
+        return SNELL_OK;
+    }
+    json_numbers(node, "translation", t, 3);
+    json_numbers(node, "rotation", q, 4);
+    json_numbers(node, "scale", s, 3);
+    *out = from_trs(t, q, s);
+    double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    if (fabs(squared - 1) > 0.01)
+        return gltf_warn(g, "nodes[%zu].rotation: is no unit quaternion", index);
+    return SNELL_OK;
+}
+
+/* ---- parents, loops, world matrices ---- */
+
+static size_t child_at(const json_t *children, size_t i) {
+    return (size_t)json_number_value(json_array_get(children, i));
+}
+
+static snell_status find_parents(gltf *g) {
+    size_t count = json_count(g, "nodes");
+    for (size_t i = 0; i < count; i++) g->nodes[i].parent = SIZE_MAX;
+    for (size_t i = 0; i < count; i++) {
+        const json_t *children = json_at(json_item(g, "nodes", i), "children");
+        for (size_t k = 0; k < json_array_size(children); k++) {
+            size_t child = child_at(children, k);
+            char where[JSON_PATH_SIZE];
+            snprintf(where, sizeof where, "nodes[%zu].children[%zu]", i, k);
+            if (child == i)
+                return gltf_error(g, SNELL_ERR_SYNTAX, where, "the node is its own child");
+            if (g->nodes[child].parent != SIZE_MAX)
+                return gltf_error(g, SNELL_ERR_SYNTAX, where,
+                                  "node %zu is a child of node %zu already", child,
+                                  g->nodes[child].parent);
+            g->nodes[child].parent = i;
+        }
+    }
+    return SNELL_OK;
+}
+
+static snell_status place_node(gltf *g, size_t index) {
+    gltf_node *node = &g->nodes[index];
+    dmat local;
+    snell_status status = node_local(g, index, &local);
+    if (status) return status;
+    node->world =
+        node->parent == SIZE_MAX ? local : dmat_multiply(&g->nodes[node->parent].world, &local);
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "nodes[%zu]", index);
+    return is_finite(&node->world)
+               ? SNELL_OK
+               : gltf_error(g, SNELL_ERR_SYNTAX, where, "its transform is out of range");
+}
+
+/* Parents first. With one parent each, a node that is not reached from a root is in a loop. */
+static snell_status place_nodes(gltf *g, size_t *stack) {
+    size_t count = json_count(g, "nodes"), used = 0, reached = 0;
+    for (size_t i = count; i-- > 0;)
+        if (g->nodes[i].parent == SIZE_MAX) stack[used++] = i;
+    bool *seen = memory_zeroed(count + 1, sizeof *seen);
+    if (seen == NULL) return error_no_memory();
+    snell_status status = SNELL_OK;
+    while (used > 0 && !status) {
+        size_t index = stack[--used];
+        const json_t *children = json_at(json_item(g, "nodes", index), "children");
+        status = place_node(g, index);
+        seen[index] = true;
+        reached++;
+        for (size_t k = 0; k < json_array_size(children); k++)
+            stack[used++] = child_at(children, k);
+    }
+    for (size_t i = 0; reached < count && i < count && !status; i++) {
+        char where[JSON_PATH_SIZE];
+        snprintf(where, sizeof where, "nodes[%zu]", i);
+        if (!seen[i])
+            status =
+                gltf_error(g, SNELL_ERR_SYNTAX, where, "the node is among its own descendants");
+    }
+    free(seen);
+    return status;
+}
+
+/* ---- what a node holds ---- */
+
+static snell_status add_instances(gltf *g, size_t node, const uint32_t *shapes, const dmat *world,
+                                  const char *wanted) {
+    const json_t *mesh = json_item(g, "meshes", json_index(json_item(g, "nodes", node), "mesh", 0));
+    const json_t *primitives = json_at(mesh, "primitives");
+    transform placed = to_transform(world), inverse;
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "nodes[%zu]", node);
+    if (!is_finite(world))
+        return gltf_error(g, SNELL_ERR_SYNTAX, where, "its transform is out of range");
+    if (!transform_inverse(&placed, &inverse))
+        return gltf_warn(g, "%s: its scale is 0: not drawn", where);
+    for (size_t i = 0; i < json_array_size(primitives); i++) {
+        if (shapes[i] == NO_SHAPE) continue;
+        if (++g->instance_count > INSTANCES_MAX)
+            return gltf_error(g, SNELL_ERR_UNSUPPORTED, where, "there are more than %d instances",
+                              INSTANCES_MAX);
+        char name[NAME_MAX_SIZE];
+        uint32_t material, index;
+        snell_status status = gltf_material(
+            g, json_index(json_array_get(primitives, i), "material", SIZE_MAX), &material);
+        if (!status) status = names_make_unique(&g->names, NAMES_INSTANCE, wanted, name);
+        if (status) return status;
+        object_source source = {name[0] ? name : NULL, g->path, 0};
+        status = description_add_instance(g->d, shapes[i], material, &placed, source, &index);
+        if (status) return gltf_blame(g, where, status);
+    }
+    return SNELL_OK;
+}
+
+/* EXT_mesh_gpu_instancing: the mesh once per element of its attributes, under the node. */
+typedef struct crowd {
+    float *translation, *rotation, *scale;
+    size_t count;
+} crowd;
+
+static snell_status read_crowd_attribute(gltf *g, const json_t *map, const char *where,
+                                         const char *name, unsigned components, crowd *c,
+                                         float **out) {
+    size_t accessor = json_index(map, name, SIZE_MAX);
+    if (accessor == SIZE_MAX) return SNELL_OK;
+    size_t count = gltf_accessor_count(g, accessor);
+    if (c->count && c->count != count)
+        return gltf_error(g, SNELL_ERR_SYNTAX, where, "the instances' attributes differ in count");
+    c->count = count;
+    return gltf_accessor_floats(g, accessor, components, where, out);
+}
+
+static dmat crowd_matrix(const crowd *c, size_t i) {
+    double t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1};
+    for (size_t k = 0; k < 3 && c->translation; k++) t[k] = (double)c->translation[3 * i + k];
+    for (size_t k = 0; k < 4 && c->rotation; k++) q[k] = (double)c->rotation[4 * i + k];
+    for (size_t k = 0; k < 3 && c->scale; k++) s[k] = (double)c->scale[3 * i + k];
+    return from_trs(t, q, s);
+}
+
+static snell_status add_crowd(gltf *g, size_t node, const json_t *instancing,
+                              const uint32_t *shapes, const dmat *world, const char *name) {
+    const json_t *map = json_at(instancing, "attributes");
+    crowd c = {0};
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "nodes[%zu].extensions.EXT_mesh_gpu_instancing", node);
+    snell_status status = read_crowd_attribute(g, map, where, "TRANSLATION", 3, &c, &c.translation);
+    if (!status) status = read_crowd_attribute(g, map, where, "ROTATION", 4, &c, &c.rotation);
+    if (!status) status = read_crowd_attribute(g, map, where, "SCALE", 3, &c, &c.scale);
+    for (size_t i = 0; i < c.count && !status; i++) {
+        dmat local = crowd_matrix(&c, i), placed = dmat_multiply(world, &local);
+        status = add_instances(g, node, shapes, &placed, name);
+    }
+    free(c.translation);
+    free(c.rotation);
+    free(c.scale);
+    return status;
+}
+
+static snell_status add_mesh(gltf *g, size_t index) {
+    const json_t *node = json_item(g, "nodes", index),
+                 *mesh = json_item(g, "meshes", json_index(node, "mesh", 0)),
+                 *instancing = json_extension(node, "EXT_mesh_gpu_instancing");
+    const uint32_t *shapes = NULL;
+    bool own = false, in_world = false;
+    const char *name = json_text(node, "name");
+    if (name == NULL) name = json_text(mesh, "name");
+    snell_status status = gltf_mesh_shapes(g, index, &shapes, &own, &in_world);
+    dmat world = g->nodes[index].world;
+    if (in_world) world = (dmat){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    if (!status)
+        status = instancing ? add_crowd(g, index, instancing, shapes, &world, name)
+                            : add_instances(g, index, shapes, &world, name);
+    if (own) free((void *)(uintptr_t)shapes);
+    return status;
+}
+
+static snell_status add_camera(gltf *g, size_t index) {
+    const json_t *node = json_item(g, "nodes", index);
+    size_t number = json_index(node, "camera", 0);
+    const json_t *camera = json_item(g, "cameras", number),
+                 *perspective = json_at(camera, "perspective");
+    const dmat *world = &g->nodes[index].world;
+    const char *wanted = json_text(camera, "name");
+    if (strcmp(json_text(camera, "type"), "perspective") != 0)
+        return gltf_warn(g, "cameras[%zu]: orthographic cameras are not supported yet: ignored",
+                         number);
+    double fov = json_number(perspective, "yfov", 0);
+    dvec3 from = dmat_point(world, (dvec3){0, 0, 0}),
+          forward = dvec3_normalize(dmat_vector(world, (dvec3){0, 0, -1})),
+          up = dvec3_normalize(dmat_vector(world, (dvec3){0, 1, 0}));
+    bool fits = fov >= 1e-4 && fov <= 3.1415 && dvec3_length(dvec3_cross(forward, up)) > 1e-3;
+    if (!fits)
+        return gltf_warn(g, "cameras[%zu]: a field of view of %g or a flat transform: ignored",
+                         number, fov);
+    char name[NAME_MAX_SIZE];
+    snell_status status = names_make_unique(&g->names, CATEGORY_CAMERA,
+                                            wanted ? wanted : json_text(node, "name"), name);
+    if (status) return status;
+    /* `at` scales with the distance from the origin, so that rounding cannot join it with `from`.
+     */
+    double distance = 1 + dvec3_length(from);
+    snell_param params[] = {
+        {"from", SNELL_PARAM_VEC3, {.v = vec3_from(from)}},
+        {"at", SNELL_PARAM_VEC3, {.v = vec3_from(dvec3_add(from, dvec3_scale(forward, distance)))}},
+        {"up", SNELL_PARAM_VEC3, {.v = vec3_from(up)}},
+        {"fov", SNELL_PARAM_FLOAT, {.f = fov}}};
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "nodes[%zu].camera", index);
+    uint32_t made;
+    status = description_add(g->d, CATEGORY_CAMERA, "perspective", params, 4,
+                             (object_source){name[0] ? name : NULL, g->path, 0}, &made);
+    return gltf_blame(g, where, status);
+}
+
+/* KHR_lights_punctual. Its lux and candela are photometric; 683 lm/W makes them radiometric, as
+ * every renderer that takes them literally does. */
+static snell_status add_light(gltf *g, size_t index, size_t number) {
+    const json_t *node = json_item(g, "nodes", index),
+                 *list = json_at(json_extension(g->root, "KHR_lights_punctual"), "lights"),
+                 *light = json_array_get(list, number);
+    const dmat *world = &g->nodes[index].world;
+    char where[JSON_PATH_SIZE], name[NAME_MAX_SIZE];
+    snprintf(where, sizeof where, "nodes[%zu].extensions.KHR_lights_punctual", index);
+    if (light == NULL)
+        return gltf_error(g, SNELL_ERR_SYNTAX, where, "there is no light %zu", number);
+    const char *type = json_text(light, "type"), *wanted = json_text(light, "name");
+    bool directional = strcmp(type, "directional") == 0;
+    if (!directional && strcmp(type, "point") != 0)
+        return gltf_warn(g, "%.40s lights are not supported yet: ignored", type);
+    double color[3] = {1, 1, 1}, scale = json_number(light, "intensity", 1) / 683;
+    json_numbers(light, "color", color, 3);
+    snell_vec3 strength = {(float)(color[0] * scale), (float)(color[1] * scale),
+                           (float)(color[2] * scale)};
+    dvec3 forward = dvec3_normalize(dmat_vector(world, (dvec3){0, 0, -1}));
+    if (directional && !(dvec3_length(forward) > 0))
+        return gltf_warn(g, "%s: a flat transform gives no direction: ignored", where);
+    snell_status status = names_make_unique(&g->names, CATEGORY_LIGHT,
+                                            wanted ? wanted : json_text(node, "name"), name);
+    if (status) return status;
+    snell_param params[] = {
+        {directional ? "direction" : "position",
+         SNELL_PARAM_VEC3,
+         {.v = vec3_from(directional ? forward : dmat_point(world, (dvec3){0, 0, 0}))}},
+        {directional ? "irradiance" : "intensity", SNELL_PARAM_VEC3, {.v = strength}}};
+    uint32_t made;
+    status = description_add(g->d, CATEGORY_LIGHT, type, params, 2,
+                             (object_source){name[0] ? name : NULL, g->path, 0}, &made);
+    return gltf_blame(g, where, status);
+}
+
+static snell_status add_node(gltf *g, size_t index) {
+    const json_t *node = json_item(g, "nodes", index);
+    size_t light = json_index(json_extension(node, "KHR_lights_punctual"), "light", SIZE_MAX);
+    snell_status status = SNELL_OK;
+    if (json_at(node, "mesh")) status = add_mesh(g, index);
+    if (!status && json_at(node, "camera")) status = add_camera(g, index);
+    if (!status && light != SIZE_MAX) status = add_light(g, index, light);
+    return status;
+}
+
+/* ---- the scene ---- */
+
+/* The scene's roots on the stack, the first on top: those of `scene`, else of scene 0; a file
+ * without scenes shows all roots. */
+static snell_status push_roots(gltf *g, size_t *stack, size_t *used) {
+    size_t number = json_index(g->root, "scene", 0), count = json_count(g, "nodes");
+    const json_t *roots = json_at(json_item(g, "scenes", number), "nodes");
+    bool *listed = memory_zeroed(count + 1, sizeof *listed);
+    if (listed == NULL) return error_no_memory();
+    snell_status status = SNELL_OK;
+    for (size_t i = json_array_size(roots); i-- > 0 && !status;) {
+        size_t node = child_at(roots, i);
+        char where[JSON_PATH_SIZE];
+        snprintf(where, sizeof where, "scenes[%zu].nodes[%zu]", number, i);
+        if (g->nodes[node].parent != SIZE_MAX)
+            status = gltf_error(g, SNELL_ERR_SYNTAX, where, "node %zu is no root", node);
+        else if (listed[node])
+            status = gltf_error(g, SNELL_ERR_SYNTAX, where, "node %zu is listed twice", node);
+        else
+            stack[(*used)++] = node;
+        listed[node] = true;
+    }
+    if (json_count(g, "scenes") == 0)
+        for (size_t i = count; i-- > 0;)
+            if (g->nodes[i].parent == SIZE_MAX) stack[(*used)++] = i;
+    free(listed);
+    return status;
+}
+
+static snell_status draw_scene(gltf *g, size_t *stack) {
+    size_t used = 0;
+    snell_status status = push_roots(g, stack, &used);
+    while (used > 0 && !status) {
+        size_t index = stack[--used];
+        const json_t *children = json_at(json_item(g, "nodes", index), "children");
+        for (size_t k = json_array_size(children); k-- > 0;) stack[used++] = child_at(children, k);
+        status = add_node(g, index);
+    }
+    return status;
+}
+
+snell_status gltf_read_scene(gltf *g) {
+    /* Each node has one parent, so a stack as long as there are nodes is enough. */
+    size_t *stack = memory_zeroed(json_count(g, "nodes") + 1, sizeof *stack);
+    if (stack == NULL) return error_no_memory();
+    snell_status status = find_parents(g);
+    if (!status) status = place_nodes(g, stack);
+    if (!status) status = draw_scene(g, stack);
+    free(stack);
+    return status;
+}
