@@ -212,16 +212,16 @@ options_act() {
     same --camera 1
     same --exposure 1   # encoding only: the linear film is the same
     same --tonemap reinhard
-    differs -i appel
     differs --samples 8
     differs -n 1
     differs --seed 7
     differs --view top
     differs --view 30,15
     differs --view bottom --fov 20
+    differs --fov 20
+    same --fov 40 # hello.lua's own
     differs --background '#ff0000'
     differs --background transparent
-    differs --ground=0.9,0.1,0.1
     run 0 my.lua "${small[@]}" -o e0.png --strip
     run 0 my.lua "${small[@]}" -o e1.png --strip --exposure 1
     run 0 my.lua "${small[@]}" -o e2.png --strip --tonemap reinhard
@@ -254,11 +254,24 @@ LUA
     run 0 ball.lua "${small[@]}"
     says "added: "
     lines err 3
+    run 0 ball.lua "${small[@]}" -o plain.pfm
+    run 0 ball.lua "${small[@]}" -o ground.pfm --ground
+    run 0 ball.lua "${small[@]}" -o red.pfm --ground=0.9,0.1,0.1
+    cmp -s plain.pfm ground.pfm && fail "--ground changes nothing"
+    cmp -s red.pfm ground.pfm && fail "the colour of --ground changes nothing"
+    run 0 ball.lua "${small[@]}" -o dark.pfm --light none --background 0
+    cmp -s plain.pfm dark.pfm && fail "--light none changes nothing"
+    run 0 ball.lua "${small[@]}" -o up.pfm --background '#fff'
+    says "added: camera, lights (ball.lua"
+    printf 'light.point { position = {3, 3, 3}, intensity = 50 }\nsphere { material = material.mirror { color = 0.9 } }\nbackground { color = 0.5 }\n' >mirror.lua
+    run 0 mirror.lua "${small[@]}" -o whitted.pfm
+    run 0 mirror.lua "${small[@]}" -o appel.pfm -i appel
+    cmp -s whitted.pfm appel.pfm && fail "-i changes nothing"
+    run 0 mirror.lua "${small[@]}" -o depth.pfm --max-depth 0
+    cmp -s whitted.pfm depth.pfm && fail "--max-depth changes nothing"
     run 0 ball.lua "${small[@]}" --fov 20 -o fov20.pfm
     run 0 ball.lua "${small[@]}" --fov 60 -o fov60.pfm
     cmp -s fov20.pfm fov60.pfm && fail "--fov changes nothing"
-    run 2 my.lua --fov 20
-    says "has a camera with its own"
 }
 
 # ---- the output rule and the tag ------------------------------------------------------------------

@@ -50,8 +50,8 @@ const option_info option_table[] = {
      "front, back, left, right, top, bottom, iso or AZ,EL in degrees: frame the whole model from "
      "there",
      VIEW, CMD_RENDER, OPTION_PICTURE, "front|back|left|right|top|bottom|iso", true},
-    {OPT_FOV, "fov", 0, "DEG", "40", "vertical field of view, with --view or without a camera",
-     VIEW, CMD_RENDER, OPTION_PICTURE, NULL, false},
+    {OPT_FOV, "fov", 0, "DEG", "scene, 40", "vertical field of view", VIEW, CMD_RENDER,
+     OPTION_PICTURE, NULL, false},
     {OPT_UP, "up", 0, "AXIS", "y; STL: z", "x, y, z, -x, -y or -z; for files that do not say", VIEW,
      CMD_RENDER, OPTION_PICTURE, "x|y|z|-x|-y|-z", false},
 

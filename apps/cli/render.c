@@ -30,7 +30,8 @@ typedef struct job {
     snell_render_desc desc;
     snell_view view;
     snell_render_stats stats;
-    const char *added;
+    const char *studio; /* what it added */
+    char added[96];
     char *partial;
     bool rendered;
     double load, build, render, write;
@@ -139,84 +140,100 @@ static int choose_camera(job *j, uint32_t count) {
         j, snell_scene_get_camera(j->scene, (uint32_t)(number - 1), &info, &j->desc.camera));
 }
 
-/* Straight up or down, the world's up says nothing: the picture's up is then where the azimuth
- * points away from, found by framing once more from the horizon. */
-static snell_status frame_steep(snell_view *view, const snell_bounds *bounds, const float at[2],
-                                float aspect) {
-    snell_view level = *view;
-    snell_status status = snell_view_frame(&level, bounds, at[0], 0, aspect);
-    if (status != SNELL_OK) return status;
-    float sign = at[1] > 0 ? -1.0f : 1.0f;
-    view->up = (snell_vec3){sign * (level.from.x - level.at.x), sign * (level.from.y - level.at.y),
-                            sign * (level.from.z - level.at.z)};
-    return snell_view_frame(view, bounds, at[0], at[1], aspect);
-}
-
-/* Frames everything when --view asks for it or the file has no camera of its own. */
-static int frame_all(job *j, const snell_bounds *bounds) {
+/* Frames everything, for --view and for files without a camera. */
+static int frame_all(job *j) {
     const render_values *v = j->values;
     const float *at = v->has_view ? v->view : default_view;
-    const float steep = 1.5533f; /* 89 degrees */
-    if (!(bounds->min.x <= bounds->max.x)) {
-        if (!v->has_view && v->fov == 0 && !v->light_none)
-            return EXIT_DONE; /* the studio's camera */
-        return report_error(EXIT_INPUT, "give the scene a camera",
+    snell_bounds bounds;
+    int code = status_of(j, snell_scene_bounds(j->scene, &bounds));
+    if (code != EXIT_DONE) return code;
+    if (!(bounds.min.x <= bounds.max.x)) {
+        return report_error(EXIT_INPUT, "give the scene a camera, and look without --view",
                             "%s: there is nothing that could be framed", session_label(j->input));
     }
     j->view = SNELL_INIT(view);
     j->view.fov = v->fov > 0 ? v->fov : default_fov;
     float aspect = (float)j->desc.width / (float)j->desc.height;
-    snell_status status = at[1] > steep || at[1] < -steep
-                              ? frame_steep(&j->view, bounds, at, aspect)
-                              : snell_view_frame(&j->view, bounds, at[0], at[1], aspect);
-    if (status == SNELL_OK) j->desc.view = &j->view;
-    return status_of(j, status);
+    return status_of(j, snell_view_frame(&j->view, &bounds, at[0], at[1], aspect));
+}
+
+/* A file without a camera gets one, so that the studio lights for it; a file's own gives way to
+ * --view by value, and --fov changes no more than its angle. */
+static int choose_view(job *j, bool own_camera) {
+    const render_values *v = j->values;
+    int code = EXIT_DONE;
+    if (v->has_view || !own_camera) {
+        code = frame_all(j);
+    } else if (v->fov > 0) {
+        code = status_of(j, snell_scene_get_view(j->scene, j->desc.camera, &j->view));
+        j->view.fov = v->fov;
+    } else {
+        return EXIT_DONE;
+    }
+    j->desc.view = &j->view;
+    if (code == EXIT_DONE && !own_camera) {
+        snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+        camera.from = j->view.from;
+        camera.at = j->view.at;
+        camera.up = j->view.up;
+        camera.fov = j->view.fov;
+        code = status_of(j, snell_scene_add_perspective_camera(j->scene, &camera, &j->desc.camera));
+    }
+    return code;
 }
 
 /* ---- load and light ---- */
+
+/* What the file lacked; a background that the command line gave was not added by the studio. */
+static void say_added(job *j, bool own_camera) {
+    static const char background[] = "background";
+    char studio[64];
+    snprintf(studio, sizeof studio, "%s", j->studio == NULL ? "" : j->studio);
+    size_t length = strlen(studio), cut = sizeof background - 1;
+    if (j->values->has_background && length >= cut &&
+        strcmp(studio + length - cut, background) == 0) {
+        studio[length > cut + 2 ? length - cut - 2 : 0] = '\0';
+    }
+    snprintf(j->added, sizeof j->added, "%s%s%s", own_camera ? "" : "camera",
+             own_camera || studio[0] == '\0' ? "" : ", ", studio);
+    if (j->added[0] != '\0') {
+        report_note("added: %s (%s has none)", j->added, session_label(j->input));
+    }
+}
 
 static int commit(job *j) {
     return status_of(j, snell_scene_commit(j->scene, progress_report, NULL));
 }
 
-/* The ground comes after the framing: it is larger than what stands on it. */
-static int add_ground(job *j) {
+/* The ground comes after the framing: it is larger than what stands on it. The background comes
+ * after the studio, which takes one for a sign that the scene is lit. */
+static int dress(job *j) {
+    const render_values *v = j->values;
     snell_instance_id id;
-    if (!j->values->has_ground) return EXIT_DONE;
-    int code = status_of(j, snell_scene_add_ground(j->scene, j->values->ground, &id));
-    return code == EXIT_DONE ? commit(j) : code;
+    int code = EXIT_DONE;
+    if (!v->light_none) {
+        const float *from = v->has_view ? v->view : NULL;
+        code = status_of(j, snell_scene_add_studio(j->scene, from, &j->studio));
+    }
+    if (code == EXIT_DONE && v->has_background) {
+        code = status_of(j, snell_scene_set_background(j->scene, v->background, 1));
+    }
+    if (code == EXIT_DONE && v->has_ground) {
+        code = status_of(j, snell_scene_add_ground(j->scene, v->ground, &id));
+    }
+    return code;
 }
 
 static int prepare(job *j) {
-    const render_values *v = j->values;
     snell_scene_stats stats = {.struct_size = sizeof stats};
     int code = status_of(j, snell_scene_get_stats(j->scene, &stats));
-    if (code != EXIT_DONE) return code;
     bool own_camera = stats.camera_count > 0;
-    if (v->fov > 0 && own_camera && !v->has_view) {
-        return report_usage("add --view, or change it in the file",
-                            "--fov: %s has a camera with its own", session_label(j->input));
-    }
-    if (v->has_background) {
-        code = status_of(j, snell_scene_set_background(j->scene, v->background, 1));
-    }
-    j->added = "";
-    if (code == EXIT_DONE && !v->light_none) {
-        const float *from = v->has_view ? v->view : NULL;
-        code = status_of(j, snell_scene_add_studio(j->scene, from, &j->added));
-    }
-    if (code == EXIT_DONE) code = commit(j);
     if (code == EXIT_DONE) code = apply_settings(j);
     if (code == EXIT_DONE) code = choose_camera(j, stats.camera_count);
-    if (code == EXIT_DONE && (v->has_view || !own_camera)) {
-        snell_bounds bounds;
-        code = status_of(j, snell_scene_bounds(j->scene, &bounds));
-        if (code == EXIT_DONE) code = frame_all(j, &bounds);
-    }
-    if (code == EXIT_DONE) code = add_ground(j);
-    if (code == EXIT_DONE && j->added != NULL && j->added[0] != '\0') {
-        report_note("added: %s (%s has none)", j->added, session_label(j->input));
-    }
+    if (code == EXIT_DONE) code = choose_view(j, own_camera);
+    if (code == EXIT_DONE) code = dress(j);
+    if (code == EXIT_DONE) code = commit(j);
+    if (code == EXIT_DONE) say_added(j, own_camera);
     return code == EXIT_DONE ? report_strict() : code;
 }
 
@@ -387,7 +404,7 @@ static void json_picture(json_t *root, const job *j) {
     json_object_set_new(root, "dropped_weight", json_real(j->stats.dropped_weight));
     snprintf(hash, sizeof hash, "%016" PRIx64, snell_film_hash(j->film));
     json_object_set_new(root, "image_hash", json_string(hash));
-    json_object_set_new(root, "added", report_text(j->added == NULL ? "" : j->added));
+    json_object_set_new(root, "added", report_text(j->added));
 }
 
 /* The error when a signal came, which is nobody's fault. */

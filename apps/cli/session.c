@@ -96,6 +96,7 @@ static int check_input_format(const options *o) {
     size_t count = 0;
     if (format == NULL) return EXIT_DONE;
     while (count < 128 && (name = snell_formats((uint32_t)count, NULL)) != NULL) {
+        if (name[0] == '.') name++; /* an extension */
         if (strcmp(name, format) == 0) return EXIT_DONE;
         names[count++] = name;
     }

@@ -190,7 +190,8 @@ SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path,
 
 /* The studio rig: a camera that frames everything, a key light over its shoulder, a fill and a
  * gradient that metals can reflect; only what the scene lacks. `view`, when not NULL, is the
- * direction {azimuth, elevation} in radians from which a missing camera looks. `added` (may be
+ * direction {azimuth, elevation} in radians from which a missing camera looks, and from whose
+ * shoulder the light comes even if there is a camera. `added` (may be
  * NULL) receives a static string such as "camera, lights", "" when nothing was added. */
 SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const float view[2],
                                               const char **added);
@@ -273,8 +274,8 @@ SNELL_API snell_status snell_scene_set_ambient(snell_scene *scene,
  * last commit. */
 SNELL_API snell_status snell_scene_commit(snell_scene *scene, snell_progress_fn *progress,
                                           void *user);
-SNELL_API snell_status snell_scene_bounds(
-    const snell_scene *scene, snell_bounds *out); /* of the last commit, without planes */
+/* Of the last commit, before the first one of what was added; without planes. */
+SNELL_API snell_status snell_scene_bounds(const snell_scene *scene, snell_bounds *out);
 
 /* What is in a scene; strings are owned by the scene and live until its next edit. */
 typedef struct snell_scene_stats {
@@ -363,6 +364,9 @@ static inline snell_view snell_view_init(size_t struct_size) {
  * Keeps fov and up. */
 SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
                                         float elevation, float aspect);
+/* The view of a perspective camera of the scene ({0}: the first), to start from. */
+SNELL_API snell_status snell_scene_get_view(const snell_scene *scene, snell_camera_id camera,
+                                            snell_view *out);
 
 typedef struct snell_render_desc {
     size_t struct_size;

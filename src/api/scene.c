@@ -307,7 +307,14 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
 }
 
 snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
-    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "out is NULL");
+    if (s == NULL || out == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_scene *shared = (snell_scene *)(uintptr_t)s;
+    pthread_mutex_lock(&shared->lock);
+    bool uncommitted = !s->editing && s->frozen == NULL;
+    if (uncommitted) *out = description_bounds(s->description);
+    pthread_mutex_unlock(&shared->lock);
+    if (uncommitted) return SNELL_OK;
     snell_status status = scene_begin_read(s);
     if (status) return status;
     *out = s->frozen->bounds;
@@ -406,6 +413,22 @@ snell_status snell_scene_get_camera(const snell_scene *s, uint32_t index, snell_
     snell_status status = get_object(s, CATEGORY_CAMERA, index, out);
     if (!status && id) *id = (snell_camera_id){index + 1, 0};
     return status;
+}
+
+snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, snell_view *out) {
+    snell_object_info info;
+    uint32_t index = camera.index1 ? camera.index1 - 1 : 0;
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = snell_scene_get_camera(s, index, &info, NULL);
+    if (status) return status;
+    const object *o = &s->description->objects[CATEGORY_CAMERA].items[index];
+    if (o->type != &camera_perspective.info)
+        return error_set(SNELL_ERR_UNSUPPORTED, NULL, "a camera of type %s has no view",
+                         o->type->name);
+    const perspective_desc *c = o->desc;
+    *out = SNELL_INIT(view);
+    out->from = c->from, out->at = c->at, out->up = c->up, out->fov = c->fov;
+    return SNELL_OK;
 }
 
 snell_status snell_scene_get_light(const snell_scene *s, uint32_t index, snell_object_info *out) {

@@ -42,12 +42,13 @@ snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, floa
     return SNELL_OK;
 }
 
-/* The camera that lights the rig: the first of the scene, or a new one. */
+/* Whom the rig lights for: the first camera, a new one, or who looks from the direction. */
 static snell_status studio_camera(snell_scene *s, const float direction[2], bool *added,
                                   snell_view *view) {
     description *d = s->description;
     *view = SNELL_INIT(view);
-    if (d->objects[CATEGORY_CAMERA].count > 0) {
+    bool has_camera = d->objects[CATEGORY_CAMERA].count > 0;
+    if (has_camera && direction == NULL) {
         const object *camera = &d->objects[CATEGORY_CAMERA].items[0];
         if (camera->type == &camera_perspective.info) {
             const perspective_desc *c = camera->desc;
@@ -62,11 +63,11 @@ static snell_status studio_camera(snell_scene *s, const float direction[2], bool
         if (r->width > 0 && r->height > 0) aspect = (float)r->width / (float)r->height;
     }
     /* From (1, .6, 1.4). */
-    float azimuth = 0.6202495f, elevation = 0.3347368f;
+    float azimuth = 0.6202495f, elevation = 0.3355545f;
     if (direction) azimuth = direction[0], elevation = direction[1];
     bounds3 bounds = description_bounds(d);
     snell_status status = snell_view_frame(view, &bounds, azimuth, elevation, aspect);
-    if (status) return status;
+    if (status || has_camera) return status;
     perspective_desc desc = {sizeof desc, view->from, view->at, view->up, view->fov};
     uint32_t index1;
     *added = true;
