@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "maths/functions.h"
 
-enum { HOOK_STEP = 1000, STRING_MAX = 16 << 20, CPU_SECONDS_MAX = 60 };
+enum { HOOK_STEP = 1000, STRING_MAX = 1 << 20, CPU_SECONDS_MAX = 20 };
 
 /* ---- memory and steps ---- */
 
@@ -362,13 +362,15 @@ static int table_sort(lua_State *L) {
 }
 
 /* The stock function (upvalue 1) walks up to the table's length in C when it has upvalue 2
- * arguments or more: a length that a metatable makes up could be anything. */
+ * arguments or more, at upvalue 3 sixteenths of a step for each element. A length that a metatable
+ * makes up could be anything. */
 static int table_measured(lua_State *L) {
     luaL_checktype(L, 1, LUA_TTABLE);
     if (luaL_getmetafield(L, 1, "__len") != LUA_TNIL)
         scene_fail(L, SNELL_ERR_SYNTAX, NULL, "a table function on a table with __len");
     bool walks = lua_gettop(L) >= lua_tointeger(L, lua_upvalueindex(2));
-    sandbox_charge(L, walks ? 1 + (uint64_t)lua_rawlen(L, 1) / 16 : 1);
+    uint64_t each = (uint64_t)lua_tointeger(L, lua_upvalueindex(3));
+    sandbox_charge(L, walks ? 1 + (uint64_t)lua_rawlen(L, 1) * each / 16 : 1);
     lua_pushvalue(L, lua_upvalueindex(1));
     lua_insert(L, 1);
     lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
@@ -527,11 +529,13 @@ static void keep(lua_State *L, int from, const char *const *names) {
     }
 }
 
-/* table[name] = a closure of `function` over the stock function of that name and a number. */
-static void wrap(lua_State *L, int from, const char *name, lua_CFunction function, int number) {
+/* table[name] = a closure of `function` over the stock function of that name and two numbers. */
+static void wrap(lua_State *L, int from, const char *name, lua_CFunction function, int number,
+                 int cost) {
     lua_getfield(L, from, name);
     lua_pushinteger(L, number);
-    lua_pushcclosure(L, function, 2);
+    lua_pushinteger(L, cost);
+    lua_pushcclosure(L, function, 3);
     lua_setfield(L, -2, name);
 }
 
@@ -542,7 +546,7 @@ static void open_string(lua_State *L) {
     int stock = lua_gettop(L);
     lua_newtable(L);
     keep(L, stock, kept);
-    wrap(L, stock, "format", string_format, 0);
+    wrap(L, stock, "format", string_format, 0, 0);
     lua_pushcfunction(L, string_rep);
     lua_setfield(L, -2, "rep");
     sandbox_guard(L, "string");
@@ -562,10 +566,10 @@ static void open_table(lua_State *L) {
     int stock = lua_gettop(L);
     lua_newtable(L);
     keep(L, stock, kept);
-    wrap(L, stock, "insert", table_measured, 3);
-    wrap(L, stock, "remove", table_measured, 2);
-    wrap(L, stock, "concat", table_measured, 1);
-    wrap(L, stock, "move", table_move, 0);
+    wrap(L, stock, "insert", table_measured, 3, 4);
+    wrap(L, stock, "remove", table_measured, 2, 4);
+    wrap(L, stock, "concat", table_measured, 1, 400);
+    wrap(L, stock, "move", table_move, 0, 0);
     lua_pushcfunction(L, table_sort);
     lua_setfield(L, -2, "sort");
     sandbox_guard(L, "table");
