@@ -90,9 +90,13 @@ static snell_status read_beside(const reader *r, const char *path, uint8_t **dat
     return import_read_beside(r->path, name, r->options, data, size);
 }
 
-static void note_missing_library(file_system *fs, const char *path) {
+static bool is_library(const char *path) {
     size_t length = strlen(path);
-    if (fs->library_missing || length < 4 || strcmp(path + length - 4, ".mtl") != 0) return;
+    return length >= 4 && strcmp(path + length - 4, ".mtl") == 0;
+}
+
+static void note_missing_library(file_system *fs, const char *path) {
+    if (fs->library_missing || !is_library(path)) return;
     fs->library_missing = true;
     reader_warn(fs->reader, "%s; its materials are grey", error_last()->text);
 }
@@ -106,6 +110,7 @@ static struct aiFile *fs_open(struct aiFileIO *io, const char *path, const char 
         f->data = fs->data, f->size = fs->size;
     } else if (read_beside(fs->reader, path, &f->owned, &f->size) == SNELL_OK) {
         f->data = f->owned;
+        if (is_library(path)) mtl_repair(f->owned, f->size);
     } else {
         note_missing_library(fs, path);
         free(f);
@@ -132,6 +137,9 @@ static bool is(const reader *r, const char *extension) {
 /* libassimp's message, shortened and without line ends. */
 static snell_status reading_failed(const reader *r) {
     char text[400];
+    if (strstr(aiGetErrorString(), "mNumMeshes is 0"))
+        return error_set_at(SNELL_ERR_SYNTAX, (source_place){r->path, 0, 0}, NULL,
+                            "the file has no surfaces");
     snprintf(text, sizeof text, "%s", aiGetErrorString());
     for (char *c = text; *c; c++)
         if ((unsigned char)*c < 32) *c = ' ';

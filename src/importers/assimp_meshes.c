@@ -108,6 +108,7 @@ static snell_status read_mesh(reader *r, const struct aiMesh *m, uint32_t *shape
         a.positions = copy_vectors(m->mVertices, count);
         bool failed = a.positions == NULL;
         if (m->mNormals && !flat) failed |= (a.normals = copy_vectors(m->mNormals, count)) == NULL;
+        clear_nans(a.normals, count);
         if (m->mColors[0]) failed |= (a.colors = copy_colors(r, m->mColors[0], count)) == NULL;
         if (m->mTextureCoords[0]) {
             a.uvs = memory_resize(NULL, count + 1, sizeof *a.uvs);
