@@ -5,10 +5,12 @@
  * wins depends only on the hit rule, never on the tree's shape, the instruction set or the order of
  * visits:
  *   - accept a primitive if its own test says so and the ray passes its own box (and its instance's
- * box, in the world) by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as
- * passing; then t = max(t, entries of those boxes);
+ *     box, in the world) by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as
+ *     passing and the exit is widened by a few roundings (BOX_EXIT_SCALE in layout.h says why);
+ *     then t = max(t, entries of those boxes);
  *   - nearest t wins; equal t goes to the lowest (instance, primitive);
- *   - a node is skipped only if its entry is beyond the best t. */
+ *   - a node is skipped only if its entry is beyond the best t.
+ * A ray whose origin or direction is not finite, or whose direction is 0, hits nothing. */
 #ifndef SNELL_ACCEL_ACCEL_H
 #define SNELL_ACCEL_ACCEL_H
 
@@ -24,8 +26,8 @@ typedef struct accel_geometry {
 
 typedef struct accel_instance {
     uint32_t geometry;
-    uint32_t mask;                /* a ray sees it if (ray.mask & mask) != 0 */
-    bool identity;                /* to_world is the identity: rays are not transformed */
+    uint32_t mask; /* a ray sees it if (ray.mask & mask) != 0 */
+    bool identity; /* to_world is the identity: rays are not transformed; else local_ray_make */
     transform to_world, to_local; /* to_local as transform_inverse gives it */
 } accel_instance;
 

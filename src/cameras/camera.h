@@ -11,12 +11,19 @@ typedef struct camera_sample {
     double x, y, width, height;
 } camera_sample;
 
+/* A camera made ready: where it is, its axes, and what its own ray function needs. */
+typedef struct camera_frame {
+    vec3 position;
+    dvec3 forward, right, up; /* perspective: right and up reach half the picture's height at 1 m */
+} camera_frame;
+
 typedef struct camera_type {
     type_info info;
     snell_status (*check)(const void *desc);
-    void (*ray)(const void *desc, const camera_sample *sample, vec3 *o,
+    /* What all rays of a picture share. */
+    void (*prepare)(const void *desc, camera_frame *out);
+    void (*ray)(const camera_frame *frame, const camera_sample *sample, vec3 *o,
                 vec3 *d); /* d: unit, rounded */
-    vec3 (*position)(const void *desc);
 } camera_type;
 
 extern const camera_type *const camera_types[];

@@ -19,24 +19,25 @@ static snell_status check(const void *desc) {
     return SNELL_OK;
 }
 
-static void make_ray(const void *desc, const camera_sample *s, vec3 *o, vec3 *d) {
+static void prepare(const void *desc, camera_frame *out) {
     const perspective_desc *c = desc;
     dvec3 forward = dvec3_normalize(dvec3_sub(dvec3_from(c->at), dvec3_from(c->from)));
     dvec3 right = dvec3_normalize(dvec3_cross(forward, dvec3_from(c->up)));
     dvec3 up = dvec3_cross(right, forward);
-    double half = fn_tan((double)c->fov / 2); /* half the picture's height at distance 1 */
-    double x = (2 * s->x - s->width) / s->height * half,
-           y = (s->height - 2 * s->y) / s->height * half;
-    dvec3 direction = dvec3_add(forward, dvec3_add(dvec3_scale(right, x), dvec3_scale(up, y)));
-    *o = c->from;
-    *d = vec3_from(dvec3_normalize(direction));
+    double half = fn_tan((double)c->fov / 2);
+    *out = (camera_frame){c->from, forward, dvec3_scale(right, half), dvec3_scale(up, half)};
 }
 
-static vec3 position(const void *desc) { return ((const perspective_desc *)desc)->from; }
+static void make_ray(const camera_frame *frame, const camera_sample *s, vec3 *o, vec3 *d) {
+    double x = (2 * s->x - s->width) / s->height, y = (s->height - 2 * s->y) / s->height;
+    dvec3 across = dvec3_add(dvec3_scale(frame->right, x), dvec3_scale(frame->up, y));
+    *o = frame->position;
+    *d = vec3_from(dvec3_normalize(dvec3_add(frame->forward, across)));
+}
 
 const camera_type camera_perspective = {
     .info = TYPE_INFO(CATEGORY_CAMERA, perspective, "perspective", "a pinhole camera"),
     .check = check,
+    .prepare = prepare,
     .ray = make_ray,
-    .position = position,
 };

@@ -15,6 +15,16 @@ typedef struct local_ray {
     float t_min, t_max;
 } local_ray;
 
+/* The ray in the space of to_local: computed in double and rounded once, the same in the kernels
+ * and in shading. */
+static inline local_ray local_ray_make(const ray *r, const transform *to_local, bool identity) {
+    local_ray beam = {r->o, r->d, r->t_min, r->t_max};
+    if (identity) return beam;
+    beam.o = vec3_from(transform_point(to_local, dvec3_from(r->o)));
+    beam.d = vec3_from(transform_vector(to_local, dvec3_from(r->d)));
+    return beam;
+}
+
 /* A point on a surface, in the shape's own space (the scene brings it to the world). */
 typedef struct surface {
     dvec3 p;      /* re-projected: on the surface as exactly as double allows */

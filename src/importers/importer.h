@@ -12,7 +12,11 @@ typedef struct import_options {
     size_t asset_dir_count;
     const char *up;      /* "x" .. "-z", or NULL: as the format says */
     bool allow_programs; /* run Lua */
-    uint64_t memory_max; /* bytes */
+    uint64_t memory_max; /* bytes; 0: in the helper's parent a share of the machine's memory */
+    /* How much of the file is read, 0..1; importers may call it as often as they like; may be NULL.
+     * Set in the helper only. */
+    void (*progress)(void *user, double fraction);
+    void *progress_user;
 } import_options;
 
 typedef struct importer {
@@ -37,11 +41,14 @@ snell_status import_file(const char *path, const char *format, const import_opti
 typedef struct helper_options {
     import_options import;
     const char *format;
-    double time_max; /* CPU seconds */
-    bool (*progress)(void *user,
-                     double fraction); /* false: kill the helper, SNELL_CANCELLED; may be NULL */
+    double time_max; /* CPU seconds, rounded up; 0: 300 */
+    /* Called at least every 100 ms with 0 <= fraction <= 1; false: kill the helper,
+     * SNELL_CANCELLED; may be NULL. */
+    bool (*progress)(void *user, double fraction);
     void *user;
 } helper_options;
+/* Starts snell-import on the file, waits for its end, and adds what it found to d; on failure d is
+ * as it was. Warnings of the importer are among d's messages. */
 snell_status helper_import(const char *path, const helper_options *options, description *d);
 
 #endif

@@ -19,6 +19,7 @@ DESCRIBE(dielectric, DIELECTRIC_FIELDS)
 static void fill(const void *desc, const material_point *point, bsdf *out) {
     (void)point;
     const dielectric_desc *m = desc;
+    out->ambient = (dvec3){0, 0, 0};
     bsdf_add(out, &lobe_interface, (dvec3){1, 1, 1}, (double)m->ior);
 }
 

@@ -25,6 +25,8 @@ static snell_status check(const void *desc) {
 static void fill(const void *desc, const material_point *point, bsdf *out) {
     const glazed_desc *m = desc;
     const material *base = &point->materials[m->base.index1 - 1];
+    out->ambient =
+        dvec3_mul(out->ambient, dvec3_from(((const material_common *)base->desc)->ambient));
     base->type->fill(base->desc, point, out);
     int kept = 0; /* the base's own traced lobes are left out */
     for (int i = 0; i < out->lobe_count; i++)

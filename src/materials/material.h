@@ -47,7 +47,8 @@ typedef struct material_point {
 typedef struct material_type {
     type_info info;
     snell_status (*check)(const void *desc); /* beyond the table; NULL: nothing */
-    /* Adds this model's lobes for this point. */
+    /* Adds this model's lobes for this point. out->ambient is k_a; a model that only traces sets it
+     * to 0. */
     void (*fill)(const void *desc, const material_point *point, bsdf *out);
     /* The medium inside closed shapes of this material; NULL: it does not bound one. */
     medium (*inside)(const void *desc);

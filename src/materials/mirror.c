@@ -9,6 +9,7 @@ DESCRIBE(mirror, MIRROR_FIELDS)
 
 static void fill(const void *desc, const material_point *point, bsdf *out) {
     const mirror_desc *m = desc;
+    out->ambient = (dvec3){0, 0, 0}; /* it shows what it mirrors, nothing else */
     bsdf_add(out, &lobe_mirror,
              dvec3_mul(input_color(&m->color, point->textures, &point->at), point->tint), 0);
 }

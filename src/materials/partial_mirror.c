@@ -12,6 +12,7 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
     const partial_mirror_desc *m = desc;
     dvec3 color = dvec3_mul(input_color(&m->color, point->textures, &point->at), point->tint);
     double s = clamp01(input_scalar(&m->specularity, point->textures, &point->at));
+    out->ambient = dvec3_scale(out->ambient, 1 - s); /* a part of Direct */
     bsdf_add(out, &lobe_mirror, dvec3_scale(color, s), 0);
     bsdf_add(out, &lobe_lambert, dvec3_scale(color, 1 - s), 0);
 }

@@ -1,10 +1,12 @@
 /* A description as one flat, self-contained block of bytes: what snell-import sends and (later) a
  * compiled scene is.
  *
- * Layout (little endian, 8-byte aligned): a header {magic "SNELLREC", version, count, total size,
- * hash of the types' tables}, then records {kind, type name hash, size, ...}. There are no
- * pointers: strings and arrays are offsets into the block. Both sides are the same build; the hash
- * of the tables proves it. */
+ * Layout: a header {magic "SNELLREC", version, count of records, size of the block, hash of the
+ * types' tables, format}, then records {kind, 0, size}, each a multiple of 8 bytes long. In a
+ * record everything follows in the order of the type's table; strings and arrays stand in place
+ * behind their lengths, padded to 8 bytes. There are no pointers and no offsets. Numbers are the
+ * machine's own: both sides are the same build on the same machine, which magic and hash prove.
+ */
 #ifndef SNELL_SCENE_RECORDS_H
 #define SNELL_SCENE_RECORDS_H
 
@@ -14,9 +16,11 @@
 typedef bool record_write_fn(void *user, const void *data, size_t size);
 snell_status records_write(const description *d, record_write_fn *write, void *user);
 
-/* Adds everything in the block to `d`, checking every count, offset, index and number again: a
- * hostile block gives SNELL_ERR_SYNTAX and leaves `d` as it was, never undefined behaviour. The
- * block may change no more while this runs. */
+/* Adds everything in the block to `d`, checking every count, index and number again: a hostile
+ * block gives SNELL_ERR_SYNTAX and leaves `d` as it was, never undefined behaviour. `data` is
+ * aligned to 8 bytes, and may change no more while this runs. Arrays are copied once, from the
+ * block into `d`. Where `d` already has a name, the new object gets ".2"; settings that `d` already
+ * has are kept and the block's left out. */
 snell_status records_read(const void *data, size_t size, description *d);
 
 #endif

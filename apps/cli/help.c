@@ -1,0 +1,330 @@
+/* Help texts, made from the tables of options, commands, topics and types. */
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "commands.h"
+#include "report.h"
+#include "text.h"
+
+enum { WIDTH = 79, MAIN_COLUMN = 22, OPTION_COLUMN = 24 };
+
+/* ---- options ---- */
+
+/* The default stands at the right edge of the last line, or on one of its own. */
+static void print_option(const option_info *info, size_t start) {
+    char head[64], initial[96] = "";
+    if (info->letter != 0)
+        snprintf(head, sizeof head, "  -%c, --%s", info->letter, info->name);
+    else
+        snprintf(head, sizeof head, "      --%s", info->name);
+    size_t used = strlen(head);
+    if (info->metavar != NULL) {
+        bool optional = (info->flags & OPTION_OPTIONAL_VALUE) != 0;
+        snprintf(head + used, sizeof head - used, optional ? "[=%s]" : " %s", info->metavar);
+    }
+    if (info->initial != NULL) snprintf(initial, sizeof initial, "[%s]", info->initial);
+    printf("%-*s", (int)start, head);
+    if (strlen(head) >= start) printf("\n%*s", (int)start, "");
+    size_t column = start;
+    column = text_print_wrapped(stdout, info->help, column, start, WIDTH);
+    if (info->initial != NULL) {
+        size_t length = strlen(initial);
+        if (column + 1 + length > WIDTH) {
+            putchar('\n');
+            column = 0;
+        }
+        printf("%*s", (int)(WIDTH - column), initial);
+    }
+    putchar('\n');
+}
+
+static void print_options(const command_info *command) {
+    const char *group = "";
+    for (size_t i = 0; i < option_table_count; i++) {
+        const option_info *info = &option_table[i];
+        if (!option_belongs(info, command) || (info->flags & OPTION_HIDDEN) != 0) continue;
+        if (info->commands == CMD_ALL && command != NULL) continue;
+        if (strcmp(group, info->group) != 0)
+            printf("\n%s%s\n", info->group, command == NULL ? ":" : "");
+        group = info->group;
+        print_option(info, command == NULL ? MAIN_COLUMN : OPTION_COLUMN);
+    }
+}
+
+static void print_paragraph(const char *text) {
+    text_print_wrapped(stdout, text, 0, 0, WIDTH);
+    putchar('\n');
+}
+
+static void print_indented(const char *text) {
+    fputs("  ", stdout);
+    text_print_wrapped(stdout, text, 2, 2, 200);
+    putchar('\n');
+}
+
+int help_of(const command_info *command) {
+    const char *rest = strchr(command->about, '\n');
+    size_t first = rest != NULL ? (size_t)(rest - command->about) : strlen(command->about);
+    printf("snell %s - %.*s\n\nUsage: snell %s %s [OPTION...]\n", command->name, (int)first,
+           command->about, command->name, command->operands);
+    if (rest != NULL) {
+        putchar('\n');
+        print_paragraph(rest + 1);
+    }
+    print_options(command);
+    puts("\nCommon: -h -q -v --json --strict --color -V     ('snell --help')");
+    if (command->notes != NULL) {
+        putchar('\n');
+        print_paragraph(command->notes);
+    }
+    puts("\nExamples");
+    print_indented(command->examples);
+    return EXIT_DONE;
+}
+
+int help_main(void) {
+    puts("snell - a ray tracer: give it a model or a scene, get a picture\n\n"
+         "Usage:\n"
+         "  snell FILE [OPTION...]              short for: snell render FILE\n"
+         "  snell COMMAND [OPTION...] [FILE...]\n\n"
+         "Commands:");
+    for (size_t i = 0; i < command_table_count; i++) {
+        char head[64];
+        const command_info *command = &command_table[i];
+        const char *operands = command->operands;
+        snprintf(head, sizeof head, "  %s %.*s", command->name, (int)strcspn(operands, " "),
+                 operands);
+        printf("%-22s%s\n", head, command->summary);
+    }
+    char topics[512] = "topics: ";
+    for (size_t i = 0; i < help_topic_count; i++) {
+        size_t used = strlen(topics);
+        snprintf(topics + used, sizeof topics - used, "%s, ", help_topics[i].name);
+    }
+    size_t used = strlen(topics);
+    snprintf(topics + used, sizeof topics - used, "or any one name, such as 'dielectric'");
+    printf("%*s", MAIN_COLUMN, "");
+    text_print_wrapped(stdout, topics, MAIN_COLUMN, MAIN_COLUMN, WIDTH);
+    putchar('\n');
+    print_options(NULL);
+    puts("\nStart here:\n"
+         "  snell duck.glb                              writes duck.png\n"
+         "  snell duck.glb -o duck.exr --size 1920x1080\n"
+         "  snell example whitted-1980 > my.lua\n"
+         "  snell my.lua\n"
+         "  snell info my.png                           how it was made\n\n"
+         "FILE is glTF, OBJ, PLY, STL, a Lua scene or another of 'snell help formats';\n"
+         "'-' is standard input. A first word with a '.' or '/' in it is a FILE.\n"
+         "Pictures and text asked for go to standard output, everything else to standard\n"
+         "error. A setting on the command line beats the scene's own, which beats the\n"
+         "default; there is no configuration file.\n\n"
+         "Exit: 0 done, 1 some files failed, 2 wrong command line, 3 wrong input,\n"
+         "4 unsupported, 5 read/write, 6 memory ('snell help exit').\n"
+         "Manual: man snell, man 5 snell-scene");
+    return EXIT_DONE;
+}
+
+/* ---- version ---- */
+
+static void cpu_features(char *out, size_t size) {
+    out[0] = '\0';
+#if defined(__x86_64__)
+    const struct {
+        const char *name;
+        int present;
+    } rows[] = {{"sse4.2", __builtin_cpu_supports("sse4.2")},
+                {"avx", __builtin_cpu_supports("avx")},
+                {"avx2", __builtin_cpu_supports("avx2")},
+                {"fma", __builtin_cpu_supports("fma")},
+                {"avx512f", __builtin_cpu_supports("avx512f")},
+                {"avx512vl", __builtin_cpu_supports("avx512vl")},
+                {"avx512dq", __builtin_cpu_supports("avx512dq")},
+                {"avx512bw", __builtin_cpu_supports("avx512bw")}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        size_t used = strlen(out);
+        if (rows[i].present) {
+            snprintf(out + used, size - used, "%s%s", used > 0 ? " " : "", rows[i].name);
+        }
+    }
+#endif
+}
+
+#if defined(__clang__)
+#define COMPILER "clang " __clang_version__
+#elif defined(__GNUC__)
+#define COMPILER "gcc " __VERSION__
+#else
+#define COMPILER "unknown compiler"
+#endif
+
+int help_version(void) {
+    char cpu[160];
+    const char *missing = "", *parts = snell_features(&missing), *isa = "unknown";
+    uint32_t threads = 0;
+    snell_context *context = NULL;
+    cpu_features(cpu, sizeof cpu);
+    if (snell_context_create(NULL, &context) == SNELL_OK) {
+        isa = snell_isa_name(snell_context_isa(context));
+        threads = snell_context_thread_count(context);
+    }
+    snell_context_destroy(context);
+    if (report_json()) {
+        json_t *root = json_object();
+        json_object_set_new(root, "schema", json_integer(1));
+        json_object_set_new(root, "version", report_text(snell_version()));
+        json_object_set_new(root, "build", report_text(SNELL_BUILD_TYPE));
+        json_object_set_new(root, "compiler", report_text(COMPILER));
+        json_object_set_new(root, "isa", report_text(isa));
+        json_object_set_new(root, "cpu", report_text(cpu));
+        json_object_set_new(root, "threads", json_integer(threads));
+        json_object_set_new(root, "parts", report_text(parts));
+        json_object_set_new(root, "missing", report_text(missing == NULL ? "" : missing));
+        return report_emit(root, EXIT_DONE);
+    }
+    printf("snell %s\n", snell_version());
+    printf("build    %s, %s\n", SNELL_BUILD_TYPE, COMPILER);
+    printf("kernels  %s (CPU: %s)\n", isa, cpu);
+    printf("threads  %u\n", (unsigned)threads);
+    printf("parts    %s\n", parts);
+    if (missing != NULL && missing[0] != '\0') printf("missing  %s\n", missing);
+    return EXIT_DONE;
+}
+
+/* ---- topics ---- */
+
+static void print_field(const snell_field_info *f) {
+    char about[256], facts[192] = "";
+    size_t used = 0;
+    if (f->unit[0] != '\0') used += (size_t)snprintf(facts, sizeof facts, "%s; ", f->unit);
+    if (f->range[0] != '\0') {
+        snprintf(facts + used, sizeof facts - used, "%s; ", f->range);
+        used = strlen(facts);
+    }
+    if (f->default_value[0] != '\0')
+        snprintf(about, sizeof about, "[%s]", f->default_value);
+    else
+        about[0] = '\0';
+    printf("  %-16s  %-12s  ", f->name, f->kind);
+    size_t column = 34;
+    column = text_print_wrapped(stdout, f->help, column, 34, WIDTH);
+    if (used > 2) {
+        facts[strlen(facts) - 2] = '\0';
+        char bracketed[200];
+        snprintf(bracketed, sizeof bracketed, " (%s)", facts);
+        if (column + strlen(bracketed) > WIDTH) {
+            printf("\n%*s", 34, "");
+            column = 34;
+        }
+        fputs(column == 34 ? bracketed + 1 : bracketed, stdout);
+        column += strlen(bracketed);
+    }
+    if (about[0] != '\0') {
+        if (column + 1 + strlen(about) > WIDTH) {
+            putchar('\n');
+            column = 0;
+        }
+        size_t length = strlen(about);
+        printf("%*s", length + column < WIDTH ? (int)(WIDTH - column) : 0, about);
+    }
+    putchar('\n');
+}
+
+static void print_type(uint32_t type, const snell_type_info *info) {
+    printf("%s (%s) - %s\n\n", info->name, info->category, info->help);
+    snell_field_info field;
+    for (uint32_t i = 0; i < info->field_count; i++) {
+        if (snell_type_get_field(type, i, &field) == SNELL_OK) print_field(&field);
+    }
+    if (info->field_count == 0) puts("  it has no fields");
+}
+
+static bool print_types_named(const char *name) {
+    bool found = false;
+    snell_type_info info;
+    for (uint32_t i = 0; i < snell_type_count(); i++) {
+        if (snell_type_get(i, &info) != SNELL_OK || strcmp(info.name, name) != 0) continue;
+        if (found) putchar('\n');
+        print_type(i, &info);
+        found = true;
+    }
+    return found;
+}
+
+static void print_category(const char *category) {
+    snell_type_info info;
+    for (uint32_t i = 0; i < snell_type_count(); i++) {
+        if (snell_type_get(i, &info) != SNELL_OK || strcmp(info.category, category) != 0) continue;
+        printf("  %-18s  ", info.name);
+        text_print_wrapped(stdout, info.help, 22, 22, WIDTH);
+        putchar('\n');
+    }
+    printf("\n'snell help NAME' tells the fields of one.\n");
+}
+
+static void print_formats(void) {
+    const char *description = "", *name;
+    for (uint32_t i = 0; (name = snell_formats(i, &description)) != NULL; i++) {
+        printf("  %-10s  %s\n", name, description == NULL ? "" : description);
+    }
+    puts("\nPictures are written as .png (8 bit sRGB), .exr (linear float), .pfm (linear\n"
+         "float) and .ppm (8 bit sRGB).");
+}
+
+static void print_topic(const help_topic *topic) {
+    printf("%s - %s\n\n", topic->name, topic->title);
+    if (topic->text != NULL) puts(topic->text);
+    if (topic->text != NULL && topic->category != NULL) putchar('\n');
+    if (topic->category != NULL) print_category(topic->category);
+    if (strcmp(topic->name, "formats") == 0) print_formats();
+}
+
+static int unknown_topic(const char *word) {
+    const char *names[256];
+    size_t count = 0;
+    snell_type_info info;
+    char hint[160] = "'snell --help' lists the topics";
+    for (size_t i = 0; i < command_table_count; i++) names[count++] = command_table[i].name;
+    for (size_t i = 0; i < help_topic_count; i++) names[count++] = help_topics[i].name;
+    for (uint32_t i = 0; i < snell_type_count() && count < 256; i++) {
+        if (snell_type_get(i, &info) == SNELL_OK) names[count++] = info.name;
+    }
+    const char *near = text_closest(word, names, count);
+    if (near != NULL) snprintf(hint, sizeof hint, "did you mean 'snell help %s'?", near);
+    return report_usage(hint, "there is no help on '%s'", word);
+}
+
+static int explain(const char *word) {
+    const command_info *command = command_find(word);
+    if (command != NULL) return help_of(command);
+    for (size_t i = 0; i < help_topic_count; i++) {
+        if (strcmp(help_topics[i].name, word) != 0) continue;
+        print_topic(&help_topics[i]);
+        return EXIT_DONE;
+    }
+    return print_types_named(word) ? EXIT_DONE : unknown_topic(word);
+}
+
+/* One line an option: command, name, letter, metavar, whether an alias; for scripts and tests. */
+static int list_options(void) {
+    for (size_t c = 0; c < command_table_count; c++) {
+        for (size_t i = 0; i < option_table_count; i++) {
+            const option_info *info = &option_table[i];
+            if (!option_belongs(info, &command_table[c])) continue;
+            printf("%s --%s -%c %s %s\n", command_table[c].name, info->name,
+                   info->letter != 0 ? info->letter : '-',
+                   info->metavar != NULL ? info->metavar : "-",
+                   (info->flags & OPTION_HIDDEN) != 0 ? "alias" : "-");
+        }
+    }
+    return EXIT_DONE;
+}
+
+int help_command(const options *o) {
+    if (o->value[OPT_MAN] != NULL) return man_print(o->value[OPT_MAN]);
+    if (o->value[OPT_COMPLETION] != NULL) return completion_print(o->value[OPT_COMPLETION]);
+    if (o->value[OPT_LIST] != NULL) return list_options();
+    if (o->operands.count == 0) return help_main();
+    if (o->operands.count > 1) return report_usage(NULL, "help takes one TOPIC");
+    return explain(o->operands.items[0]);
+}

@@ -1,0 +1,318 @@
+/* snell info: what is in a model, a scene or a picture. */
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "commands.h"
+#include "progress.h"
+#include "report.h"
+#include "session.h"
+#include "tag.h"
+#include "text.h"
+
+enum { SHOWN_MAX = 20 };
+
+/* ---- pictures ---- */
+
+static bool is_picture(const char *path) {
+    static const char *const endings[] = {".png", ".exr", ".pfm", ".ppm"};
+    size_t length = strlen(path);
+    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
+        if (length > 4 && strcasecmp(path + length - 4, endings[i]) == 0) return true;
+    }
+    return false;
+}
+
+/* A file name that begins with a dash would be read as an option. */
+static void print_file(const char *file) {
+    if (file[0] == '-' && file[1] != '\0') fputs("./", stdout);
+    text_print_shell(stdout, file);
+}
+
+static void print_command(const json_t *tag, const char *picture) {
+    const char *file = json_string_value(json_object_get(tag, "file"));
+    const json_t *list = json_object_get(tag, "options");
+    fputs("  snell render ", stdout);
+    print_file(file);
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        fputc(' ', stdout);
+        text_print_shell(stdout, json_string_value(json_array_get(list, i)));
+    }
+    fputs(" -o ", stdout);
+    print_file(picture);
+    fputs(strcmp(file, "-") == 0 ? " < SCENE\n" : "\n", stdout);
+}
+
+static void print_picture(const char *path, const snell_picture_info *info) {
+    text_print_safe(stdout, path);
+    printf(": %s picture, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " channels of %" PRIu32 " bits\n",
+           info->format, info->width, info->height, info->channels, info->bits);
+    if (info->tag == NULL || info->tag[0] == '\0') {
+        puts("  it does not say how it was made");
+        return;
+    }
+    json_t *tag = tag_read(info->tag);
+    if (tag == NULL) {
+        fputs("  made by a snell that this one does not understand:\n  ", stdout);
+        text_print_safe(stdout, info->tag);
+        fputc('\n', stdout);
+        return;
+    }
+    fputs("made by snell ", stdout);
+    text_print_safe(stdout, json_string_value(json_object_get(tag, "snell")));
+    bool partial = json_is_true(json_object_get(tag, "partial"));
+    puts(partial ? ", stopped before it was done; the whole picture:" : " with");
+    print_command(tag, path);
+    json_decref(tag);
+}
+
+static int picture_info(const char *path, json_t *root) {
+    snell_picture_info info = {.struct_size = sizeof info};
+    snell_status status = snell_picture_read_info(path, &info);
+    if (status != SNELL_OK) return report_status(status, path);
+    if (report_json()) {
+        bool made = info.tag != NULL && info.tag[0] != '\0';
+        json_t *tag = made ? json_loads(info.tag, 0, NULL) : NULL;
+        json_object_set_new(root, "kind", json_string("picture"));
+        json_object_set_new(root, "format", report_text(info.format));
+        json_object_set_new(root, "width", json_integer(info.width));
+        json_object_set_new(root, "height", json_integer(info.height));
+        json_object_set_new(root, "channels", json_integer(info.channels));
+        json_object_set_new(root, "bits", json_integer(info.bits));
+        if (tag == NULL) tag = made ? report_text(info.tag) : json_null();
+        json_object_set_new(root, "made", tag);
+    } else {
+        print_picture(path, &info);
+    }
+    snell_free(info.tag);
+    return EXIT_DONE;
+}
+
+/* ---- scenes ---- */
+
+typedef snell_status get_object(const snell_scene *scene, uint32_t index, snell_object_info *out);
+
+static snell_status get_camera(const snell_scene *scene, uint32_t index, snell_object_info *out) {
+    snell_camera_id id;
+    return snell_scene_get_camera(scene, index, out, &id);
+}
+
+static void print_objects(const snell_scene *scene, const char *title, uint32_t count,
+                          get_object *get) {
+    snell_object_info info;
+    for (uint32_t i = 0; i < count && i < SHOWN_MAX; i++) {
+        if (get(scene, i, &info) != SNELL_OK) return;
+        printf("%-11s %3" PRIu32 "  %-14s ", i == 0 ? title : "", i + 1, info.type);
+        text_print_safe(stdout, info.name);
+        if (info.line > 0) printf("%sline %" PRIu32, info.name[0] != '\0' ? ", " : "", info.line);
+        fputc('\n', stdout);
+    }
+    if (count > SHOWN_MAX)
+        printf("%-11s      and %" PRIu32 " more (--json)\n", "", count - SHOWN_MAX);
+}
+
+static void print_params(const snell_scene *scene, uint32_t count) {
+    snell_scene_param p;
+    for (uint32_t i = 0; i < count; i++) {
+        if (snell_scene_get_param(scene, i, &p) != SNELL_OK) return;
+        printf("%-11s -D ", i == 0 ? "takes" : "");
+        text_print_safe(stdout, p.name);
+        fputc('=', stdout);
+        text_print_safe(stdout, p.value);
+        printf("  (%s", p.kind);
+        if (strcmp(p.value, p.default_value) != 0) {
+            fputs(", default ", stdout);
+            text_print_safe(stdout, p.default_value);
+        }
+        fputs(")  ", stdout);
+        text_print_safe(stdout, p.help);
+        fputc('\n', stdout);
+    }
+}
+
+static void print_counts(const snell_scene_stats *s) {
+    char a[32], b[32], c[32];
+    text_format_count(s->instance_count, a);
+    text_format_count(s->primitive_count, b);
+    text_format_count(s->triangle_count, c);
+    printf("%-11s %s instances, %s primitives, %s of them triangles", "contents", a, b, c);
+    if (s->unique_triangle_count != s->triangle_count) {
+        text_format_count(s->unique_triangle_count, c);
+        printf(" (%s without instancing)", c);
+    }
+    printf("\n%-11s shapes %" PRIu32 ", materials %" PRIu32 ", textures %" PRIu32
+           ", lights %" PRIu32 ", cameras %" PRIu32 "\n",
+           "", s->shape_count, s->material_count, s->texture_count, s->light_count,
+           s->camera_count);
+    text_format_bytes(s->memory_geometry, a);
+    text_format_bytes(s->memory_accel, b);
+    text_format_bytes(s->memory_textures, c);
+    printf("%-11s %s geometry, %s acceleration structure, %s textures\n", "memory", a, b, c);
+    if (s->has_emission || s->has_background || s->has_ambient || s->has_dielectric) {
+        printf("%-11s%s%s%s%s\n", "has", s->has_emission ? " emission" : "",
+               s->has_background ? " background" : "", s->has_ambient ? " ambient" : "",
+               s->has_dielectric ? " glass" : "");
+    }
+}
+
+static bool is_empty(const snell_bounds *b) { return !(b->min.x <= b->max.x); }
+
+static void print_scene(const char *path, const snell_scene *scene, const snell_scene_stats *s,
+                        const snell_bounds *b) {
+    text_print_safe(stdout, session_label(path));
+    printf(": %s\n", s->format[0] != '\0' ? s->format : "scene");
+    print_counts(s);
+    if (!is_empty(b)) {
+        printf("%-11s %.6g %.6g %.6g  to  %.6g %.6g %.6g", "bounds", (double)b->min.x,
+               (double)b->min.y, (double)b->min.z, (double)b->max.x, (double)b->max.y,
+               (double)b->max.z);
+        printf("  (%.6g x %.6g x %.6g)\n", (double)(b->max.x - b->min.x),
+               (double)(b->max.y - b->min.y), (double)(b->max.z - b->min.z));
+    }
+    print_objects(scene, "cameras", s->camera_count, get_camera);
+    print_objects(scene, "lights", s->light_count, snell_scene_get_light);
+    print_objects(scene, "materials", s->material_count, snell_scene_get_material);
+    print_params(scene, s->param_count);
+}
+
+static json_t *json_objects(const snell_scene *scene, uint32_t count, get_object *get) {
+    json_t *list = json_array();
+    snell_object_info info;
+    for (uint32_t i = 0; i < count && get(scene, i, &info) == SNELL_OK; i++) {
+        json_t *item = json_object();
+        json_object_set_new(item, "type", report_text(info.type));
+        json_object_set_new(item, "name", report_text(info.name));
+        json_object_set_new(item, "line", json_integer(info.line));
+        json_array_append_new(list, item);
+    }
+    return list;
+}
+
+static json_t *json_params(const snell_scene *scene, uint32_t count) {
+    json_t *list = json_array();
+    snell_scene_param p;
+    for (uint32_t i = 0; i < count && snell_scene_get_param(scene, i, &p) == SNELL_OK; i++) {
+        json_t *item = json_object();
+        json_object_set_new(item, "name", report_text(p.name));
+        json_object_set_new(item, "kind", report_text(p.kind));
+        json_object_set_new(item, "value", report_text(p.value));
+        json_object_set_new(item, "default", report_text(p.default_value));
+        json_object_set_new(item, "help", report_text(p.help));
+        json_array_append_new(list, item);
+    }
+    return list;
+}
+
+static json_t *json_vec3(snell_vec3 v) {
+    return json_pack("[f,f,f]", (double)v.x, (double)v.y, (double)v.z);
+}
+
+static void json_scene(json_t *root, const snell_scene *scene, const snell_scene_stats *s,
+                       const snell_bounds *b) {
+    json_t *counts = json_object(), *memory = json_object();
+    const struct {
+        const char *name;
+        uint64_t value;
+    } rows[] = {{"instances", s->instance_count}, {"primitives", s->primitive_count},
+                {"triangles", s->triangle_count}, {"unique_triangles", s->unique_triangle_count},
+                {"shapes", s->shape_count},       {"textures", s->texture_count}};
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        json_object_set_new(counts, rows[i].name, json_integer((json_int_t)rows[i].value));
+    }
+    json_object_set_new(memory, "geometry", json_integer((json_int_t)s->memory_geometry));
+    json_object_set_new(memory, "accel", json_integer((json_int_t)s->memory_accel));
+    json_object_set_new(memory, "textures", json_integer((json_int_t)s->memory_textures));
+    json_object_set_new(root, "kind", json_string("scene"));
+    json_object_set_new(root, "format", report_text(s->format));
+    json_object_set_new(root, "counts", counts);
+    json_object_set_new(
+        root, "bounds",
+        is_empty(b) ? json_null()
+                    : json_pack("{s:o,s:o}", "min", json_vec3(b->min), "max", json_vec3(b->max)));
+    json_object_set_new(root, "cameras", json_objects(scene, s->camera_count, get_camera));
+    json_object_set_new(root, "lights", json_objects(scene, s->light_count, snell_scene_get_light));
+    json_object_set_new(root, "materials",
+                        json_objects(scene, s->material_count, snell_scene_get_material));
+    json_object_set_new(root, "params", json_params(scene, s->param_count));
+    json_object_set_new(root, "memory", memory);
+    json_object_set_new(root, "has_emission", json_boolean(s->has_emission));
+    json_object_set_new(root, "has_background", json_boolean(s->has_background));
+    json_object_set_new(root, "has_ambient", json_boolean(s->has_ambient));
+    json_object_set_new(root, "has_dielectric", json_boolean(s->has_dielectric));
+}
+
+static int scene_info(session *s, const char *path, json_t *root) {
+    snell_scene *scene = NULL;
+    snell_scene_stats stats = {.struct_size = sizeof stats};
+    snell_bounds bounds = {{1, 1, 1}, {-1, -1, -1}};
+    int code = session_load(s, path, &scene);
+    if (code != EXIT_DONE) return code;
+    snell_status status = snell_scene_commit(scene, progress_report, NULL);
+    if (status == SNELL_OK) status = snell_scene_bounds(scene, &bounds);
+    if (status == SNELL_OK) status = snell_scene_get_stats(scene, &stats);
+    if (signals_caught() != 0)
+        code = EXIT_SOME_FAILED;
+    else if (status != SNELL_OK)
+        code = report_status(status, session_label(path));
+    if (code == EXIT_DONE) code = report_strict();
+    if (code == EXIT_DONE && report_json()) json_scene(root, scene, &stats, &bounds);
+    if (code == EXIT_DONE && !report_json()) print_scene(path, scene, &stats, &bounds);
+    snell_scene_destroy(scene);
+    return code;
+}
+
+/* ---- the command ---- */
+
+static int file_info(session *s, const char *path, json_t *results) {
+    json_t *root = json_object();
+    json_object_set_new(root, "schema", json_integer(1));
+    json_object_set_new(root, "file", report_text(path));
+    int code = is_picture(path) ? picture_info(path, root) : scene_info(s, path, root);
+    json_t *error = report_take_error();
+    if (error != NULL) json_object_set_new(root, "error", error);
+    json_object_set_new(root, "warnings", report_take_warnings());
+    json_array_append_new(results, root);
+    return code;
+}
+
+static int info_all(session *s, const options *o) {
+    json_t *results = json_array();
+    size_t count = o->operands.count, failed = 0;
+    int code = EXIT_DONE;
+    for (size_t i = 0; i < count && signals_caught() == 0; i++) {
+        if (i > 0) report_begin();
+        if (i > 0 && !report_json()) putchar('\n');
+        code = file_info(s, o->operands.items[i], results);
+        failed += code != EXIT_DONE;
+    }
+    if (count > 1) code = failed > 0 ? EXIT_SOME_FAILED : EXIT_DONE;
+    if (report_json()) {
+        json_t *root = json_incref(json_array_get(results, 0));
+        if (count > 1) {
+            json_decref(root);
+            root = json_pack("{s:i,s:I,s:O}", "schema", 1, "failed", (json_int_t)failed, "files",
+                             results);
+        }
+        code = report_emit(root, code);
+    }
+    json_decref(results);
+    return code;
+}
+
+int info_command(const options *o) {
+    if (o->operands.count == 0) {
+        return report_usage("such as: snell info duck.glb", "info needs a FILE");
+    }
+    signals_setup();
+    progress_setup(NULL);
+    session s;
+    int code = session_open(&s, o);
+    if (code == EXIT_DONE) {
+        progress_begin("info");
+        code = info_all(&s, o);
+        progress_end();
+    }
+    session_close(&s);
+    return code;
+}

@@ -1,0 +1,364 @@
+#include "options.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "report.h"
+#include "text.h"
+
+#define OUTPUT "Output"
+#define PICTURE "Picture"
+#define VIEW "View"
+#define LIGHT "Light and ground, for files that bring none"
+#define RENDERING "Rendering"
+#define PROGRAMS "Scene programs"
+#define MACHINE "Machine"
+#define TEXTS "For packagers and scripts"
+#define COMMON "Every command takes"
+
+const option_info option_table[] = {
+    {OPT_OUTPUT, "output", 'o', "OUT", "{name}.png, here",
+     ".png .exr .pfm .ppm; {name} is the input's name, '-' standard output", OUTPUT, CMD_RENDER, 0,
+     "@file", false},
+    {OPT_FORMAT, "format", 0, "NAME", "png", "format for '-o -'", OUTPUT, CMD_RENDER, 0,
+     "png|exr|pfm|ppm", false},
+    {OPT_FORCE, "force", 0, NULL, NULL, "without -o: overwrite even a file snell did not make",
+     OUTPUT, CMD_RENDER, 0, NULL, false},
+    {OPT_STRIP, "strip", 0, NULL, NULL, "leave out the tag that tells how the picture was made",
+     OUTPUT, CMD_RENDER, 0, NULL, false},
+
+    {OPT_SIZE, "size", 's', "WxH", "scene, 800x600",
+     "pixels; 640x or x480 keeps the shape, 50% scales", PICTURE, CMD_RENDER, OPTION_PICTURE, NULL,
+     false},
+    {OPT_SIZE, "resolution", 0, "WxH", NULL, "as --size", PICTURE, CMD_RENDER,
+     OPTION_PICTURE | OPTION_HIDDEN, NULL, false},
+    {OPT_CROP, "crop", 0, "WxH+X+Y", NULL, "only this part; its pixels equal the whole picture's",
+     PICTURE, CMD_RENDER, OPTION_PICTURE, NULL, false},
+    {OPT_EXPOSURE, "exposure", 0, "STOPS", "scene, 0", "twice as bright with each stop", PICTURE,
+     CMD_RENDER, OPTION_PICTURE, NULL, false},
+    {OPT_TONEMAP, "tonemap", 0, "NAME", "scene, clip; neutral for models",
+     "clip, reinhard or neutral", PICTURE, CMD_RENDER, OPTION_PICTURE, "clip|reinhard|neutral",
+     false},
+    {OPT_BACKGROUND, "background", 0, "BG", "scene",
+     "'transparent', or a colour: '#rrggbb', a name, or linear 'r,g,b'", PICTURE, CMD_RENDER,
+     OPTION_PICTURE, "transparent|white|grey|black", true},
+
+    {OPT_CAMERA, "camera", 'c', "NAME", "the first",
+     "a camera of the file, by name or by number from 1", VIEW, CMD_RENDER, OPTION_PICTURE, NULL,
+     false},
+    {OPT_VIEW, "view", 0, "DIR", NULL,
+     "front, back, left, right, top, bottom, iso or AZ,EL in degrees: frame the whole model from "
+     "there",
+     VIEW, CMD_RENDER, OPTION_PICTURE, "front|back|left|right|top|bottom|iso", true},
+    {OPT_FOV, "fov", 0, "DEG", "scene, 40", "vertical field of view", VIEW, CMD_RENDER,
+     OPTION_PICTURE, NULL, false},
+    {OPT_UP, "up", 0, "AXIS", "y; STL: z", "x, y, z, -x, -y or -z; for files that do not say", VIEW,
+     CMD_RENDER, OPTION_PICTURE, "x|y|z|-x|-y|-z", false},
+
+    {OPT_LIGHT, "light", 0, "RIG", "studio", "studio or none", LIGHT, CMD_RENDER, OPTION_PICTURE,
+     "studio|none", false},
+    {OPT_GROUND, "ground", 0, "COLOR", NULL, "a floor under the model", LIGHT, CMD_RENDER,
+     OPTION_PICTURE | OPTION_OPTIONAL_VALUE, NULL, false},
+
+    {OPT_INTEGRATOR, "integrator", 'i', "I", "scene, whitted", "appel or whitted", RENDERING,
+     CMD_RENDER, OPTION_PICTURE, "appel|whitted", false},
+    {OPT_SAMPLES, "samples", 'n', "N", "scene, 16", "per pixel; 1 goes through its centre",
+     RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
+    {OPT_SAMPLES, "spp", 0, "N", NULL, "as --samples", RENDERING, CMD_RENDER,
+     OPTION_PICTURE | OPTION_HIDDEN, NULL, false},
+    {OPT_MAX_DEPTH, "max-depth", 0, "N", "scene, 10", "camera ray 0, each bounce one more",
+     RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
+    {OPT_MAX_DEPTH, "depth", 0, "N", NULL, "as --max-depth", RENDERING, CMD_RENDER,
+     OPTION_PICTURE | OPTION_HIDDEN, NULL, false},
+    {OPT_MIN_WEIGHT, "min-weight", 0, "W", "scene, 0.002", "drop rays that matter less than this",
+     RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
+    {OPT_SEED, "seed", 0, "N", "scene, 0", "another choice of random numbers", RENDERING,
+     CMD_RENDER, OPTION_PICTURE, NULL, false},
+
+    {OPT_SET, "set", 'D', "NAME=VALUE", NULL, "a value for param(\"NAME\") in a Lua scene",
+     PROGRAMS, CMD_RENDER | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, NULL, false},
+    {OPT_ALLOW, "allow", 'I', "DIR", "the scene's own folder", "also read files in DIR", PROGRAMS,
+     CMD_RENDER | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, "@folder", false},
+    {OPT_INPUT_FORMAT, "input-format", 0, "F", "by its content",
+     "for standard input or a wrong extension", PROGRAMS, CMD_RENDER | CMD_INFO, OPTION_PICTURE,
+     NULL, false},
+
+    {OPT_THREADS, "threads", 't', "N", "the CPUs this process may use, cgroup limit included", "",
+     MACHINE, CMD_RENDER | CMD_INFO, 0, NULL, false},
+    {OPT_MEMORY, "memory", 0, "SIZE", NULL, "stop with exit 6 before using more, such as 8G",
+     MACHINE, CMD_RENDER | CMD_INFO, 0, NULL, false},
+    {OPT_ISA, "isa", 0, "NAME", NULL, "at most scalar, avx2 or avx512; the picture is the same",
+     MACHINE, CMD_RENDER | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
+    {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
+     CMD_RENDER, 0, "auto|line|plain|json|none", false},
+
+    {OPT_MAN, "man", 0, "PAGE", NULL,
+     "a manual page in roff: snell, render, info, example, help or scene", TEXTS, CMD_HELP, 0,
+     "snell|render|info|example|help|scene", false},
+    {OPT_COMPLETION, "completion", 0, "SHELL", NULL, "a completion script: bash, zsh or fish",
+     TEXTS, CMD_HELP, 0, "bash|zsh|fish", false},
+    {OPT_LIST, "options", 0, NULL, NULL, "every option of every command, one a line", TEXTS,
+     CMD_HELP, 0, NULL, false},
+
+    {OPT_HELP, "help", 'h', NULL, NULL, "what it does and every option it takes", COMMON, CMD_ALL,
+     0, NULL, false},
+    {OPT_QUIET, "quiet", 'q', NULL, NULL, "warnings and errors only", COMMON, CMD_ALL, 0, NULL,
+     false},
+    {OPT_VERBOSE, "verbose", 'v', NULL, NULL, "say more; -vv says most", COMMON, CMD_ALL,
+     OPTION_REPEATS, NULL, false},
+    {OPT_JSON, "json", 0, NULL, NULL, "one JSON object on standard output, also after an error",
+     COMMON, CMD_ALL, 0, NULL, false},
+    {OPT_STRICT, "strict", 0, NULL, NULL, "treat a warning as an error", COMMON, CMD_ALL, 0, NULL,
+     false},
+    {OPT_COLOR, "color", 0, "WHEN", "auto", "auto, always or never", COMMON, CMD_ALL, 0,
+     "auto|always|never", false},
+    {OPT_VERSION, "version", 'V', NULL, NULL,
+     "version, build, CPU features, optional parts built in", COMMON, CMD_ALL, 0, NULL, false},
+};
+const size_t option_table_count = sizeof option_table / sizeof option_table[0];
+
+const command_info command_table[] = {
+    {CMD_RENDER, "render", "FILE... [-o OUT]", "make a picture of each file",
+     "make a picture of a model or a scene\n"
+     "A file without camera or light is framed and lit for you; what was added is said in one "
+     "line. [..] is the default; [scene] means what the scene asks for, and the value after it is "
+     "used when it asks for nothing.",
+     "Ctrl-C or SIGTERM: what is done is saved as OUT with '.partial' before the extension; OUT "
+     "itself is never left half written.",
+     "snell render shoe.glb --view 30,15 --ground --background '#fff' -s 1600x1200\n"
+     "snell render shoe.glb --background transparent -o shoe.png\n"
+     "snell render *.stl -o 'thumbs/{name}.png' -s 256x256 --strict\n"
+     "snell render glass.lua -D depth=5 -n 64 -o glass.exr\n"
+     "ssh server snell render - -o - < scene.lua > scene.png"},
+    {CMD_INFO, "info", "FILE...", "what is in this model, scene or picture",
+     "what is in a model, a scene or a picture\n"
+     "Of a model or scene: format, counts, bounds, cameras, lights, materials, the values that it "
+     "takes from -D. Of a picture: its size, and the command that makes it again.",
+     NULL, "snell info duck.glb\nsnell info duck.png\nsnell info balls.lua --json"},
+    {CMD_EXAMPLE, "example", "[NAME]", "print a scene to start from; without NAME, list them",
+     "print a scene to start from\n"
+     "Each is a short Lua program with comments; without NAME, they are listed.",
+     NULL, "snell example hello > my.lua\nsnell my.lua"},
+    {CMD_HELP, "help", "[TOPIC]", "explain a command, a topic or a name",
+     "explain a command, a topic, or any one name of the scene language", NULL,
+     "snell help materials\nsnell help dielectric\nsnell help --completion bash"},
+};
+const size_t command_table_count = sizeof command_table / sizeof command_table[0];
+
+bool option_belongs(const option_info *info, const command_info *command) {
+    return command == NULL ? info->commands == CMD_ALL : (info->commands & command->bit) != 0;
+}
+
+const option_info *option_find(const char *name, size_t length) {
+    for (size_t i = 0; i < option_table_count; i++) {
+        const char *other = option_table[i].name;
+        if (strlen(other) == length && strncmp(name, other, length) == 0) return &option_table[i];
+    }
+    return NULL;
+}
+
+static const option_info *option_find_letter(char letter) {
+    for (size_t i = 0; i < option_table_count; i++) {
+        if (option_table[i].letter == letter) return &option_table[i];
+    }
+    return NULL;
+}
+
+const command_info *command_find(const char *name) {
+    for (size_t i = 0; i < command_table_count; i++) {
+        if (strcmp(command_table[i].name, name) == 0) return &command_table[i];
+    }
+    return NULL;
+}
+
+static bool needs_value(const option_info *info) {
+    return info->metavar != NULL && (info->flags & OPTION_OPTIONAL_VALUE) == 0;
+}
+
+/* Whether the argument takes the next one as its value. */
+static bool eats_next(const char *argument) {
+    if (argument[0] != '-' || argument[1] == '\0') return false;
+    if (argument[1] == '-') {
+        const option_info *info = option_find(argument + 2, strlen(argument + 2));
+        return info != NULL && needs_value(info);
+    }
+    for (const char *c = argument + 1; *c != '\0'; c++) {
+        const option_info *info = option_find_letter(*c);
+        if (info == NULL) return false;
+        if (needs_value(info)) return c[1] == '\0';
+    }
+    return false;
+}
+
+/* The first word that is no option names the command; one with '.' or '/' in it is a file to
+ * render. Returns its index, argc when there is none. */
+static int find_command_word(int argc, char **argv) {
+    for (int i = 1; i < argc; i++) {
+        if (strcmp(argv[i], "--") == 0) return i + 1 < argc ? i + 1 : argc;
+        if (argv[i][0] != '-' || argv[i][1] == '\0') return i;
+        if (eats_next(argv[i])) i++;
+    }
+    return argc;
+}
+
+static int unknown_command(const char *word) {
+    const char *names[8];
+    size_t count = 0;
+    for (size_t i = 0; i < command_table_count; i++) names[count++] = command_table[i].name;
+    const char *near = text_closest(word, names, count);
+    char hint[160];
+    if (near != NULL)
+        snprintf(hint, sizeof hint, "did you mean 'snell %s'?", near);
+    else
+        snprintf(hint, sizeof hint, "'snell --help' lists them; a file here is ./%.80s", word);
+    return report_usage(hint, "there is no command '%s'", word);
+}
+
+static int unknown_option(const command_info *command, const char *name, size_t length) {
+    char word[64], hint[160] = "'snell --help' lists what there is";
+    const char *names[OPT_COUNT + 8];
+    size_t count = 0;
+    snprintf(word, sizeof word, "%.*s", (int)length, name);
+    const char *label = command == NULL ? "snell" : command->name;
+    if (command != NULL)
+        snprintf(hint, sizeof hint, "'snell %s --help' lists what it takes", label);
+    const option_info *elsewhere = option_find(name, length);
+    if (elsewhere != NULL) {
+        for (size_t i = 0; i < command_table_count; i++) {
+            if ((elsewhere->commands & command_table[i].bit) != 0) {
+                snprintf(hint, sizeof hint, "it belongs to 'snell %s'", command_table[i].name);
+                break;
+            }
+        }
+        return report_usage(hint, "%s takes no option '--%s'", label, word);
+    }
+    for (size_t i = 0; i < option_table_count; i++) {
+        if (option_belongs(&option_table[i], command)) names[count++] = option_table[i].name;
+    }
+    const char *near = text_closest(word, names, count);
+    if (near != NULL) snprintf(hint, sizeof hint, "did you mean '--%s'?", near);
+    return report_usage(hint, "unknown option '--%s'", word);
+}
+
+static void list_append(string_list *list, const char *text) { list->items[list->count++] = text; }
+
+static int take_value(options *o, const option_info *info, const char *value) {
+    if (info->values != NULL && info->values[0] != '@' && !info->open &&
+        !text_choice_has(info->values, value)) {
+        char hint[160], near[48], list[120];
+        text_choice_list(info->values, list, sizeof list);
+        if (text_choice_closest(info->values, value, near, sizeof near)) {
+            snprintf(hint, sizeof hint, "did you mean '%s'?", near);
+        } else {
+            snprintf(hint, sizeof hint, "it is one of: %s", list);
+        }
+        return report_usage(hint, "--%s: there is no '%s'", info->name, value);
+    }
+    if (info->id == OPT_SET) list_append(&o->set, value);
+    if (info->id == OPT_ALLOW) list_append(&o->allow, value);
+    o->value[info->id] = value;
+    o->given[info->id]++;
+    return EXIT_DONE;
+}
+
+static int missing_value(const option_info *info) {
+    char hint[120];
+    snprintf(hint, sizeof hint, "such as --%s %s", info->name, info->metavar);
+    return report_usage(hint, "--%s needs a value", info->name);
+}
+
+static int parse_long(options *o, const char *text, const char *next) {
+    size_t length = strcspn(text, "=");
+    const char *value = text[length] == '=' ? text + length + 1 : NULL;
+    const option_info *info = option_find(text, length);
+    if (info == NULL || !option_belongs(info, o->command)) {
+        return unknown_option(o->command, text, length);
+    }
+    if (info->metavar == NULL && value != NULL) {
+        return report_usage(NULL, "--%s takes no value", info->name);
+    }
+    if (value == NULL && needs_value(info)) {
+        if (next == NULL) return missing_value(info);
+        value = next;
+    }
+    return take_value(o, info, value == NULL ? "" : value);
+}
+
+static int parse_letters(options *o, const char *letters, const char *next) {
+    for (const char *c = letters; *c != '\0'; c++) {
+        const option_info *info = option_find_letter(*c);
+        if (info == NULL || !option_belongs(info, o->command)) {
+            const char *label = o->command == NULL ? "snell" : o->command->name;
+            return report_usage("a file whose name begins with '-' is written ./-name",
+                                "%s takes no option '-%c'", label, *c);
+        }
+        if (needs_value(info)) {
+            const char *value = c[1] != '\0' ? c + 1 : next;
+            if (value == NULL) return missing_value(info);
+            return take_value(o, info, value[0] == '=' ? value + 1 : value);
+        }
+        int code = take_value(o, info, "");
+        if (code != EXIT_DONE) return code;
+    }
+    return EXIT_DONE;
+}
+
+static bool allocate_lists(options *o, int argc) {
+    size_t size = sizeof(char *) * (size_t)(argc + 1);
+    o->set.items = malloc(size);
+    o->allow.items = malloc(size);
+    o->operands.items = malloc(size);
+    return o->set.items != NULL && o->allow.items != NULL && o->operands.items != NULL;
+}
+
+/* --json, --color and --quiet count even when an earlier option is wrong. */
+static void parse_ahead(int argc, char **argv, options *o) {
+    for (int i = 1; i < argc && strcmp(argv[i], "--") != 0; i++) {
+        if (strcmp(argv[i], "--json") == 0) o->value[OPT_JSON] = "";
+        if (strcmp(argv[i], "--color=never") == 0) o->value[OPT_COLOR] = "never";
+        if (eats_next(argv[i])) i++;
+    }
+    report_setup(o);
+}
+
+int options_parse(int argc, char **argv, options *o) {
+    memset(o, 0, sizeof *o);
+    if (argc < 1 || !allocate_lists(o, argc)) {
+        return report_error(EXIT_MEMORY, NULL, "out of memory");
+    }
+    parse_ahead(argc, argv, o);
+    int word = find_command_word(argc, argv);
+    if (word < argc) {
+        o->command = command_find(argv[word]);
+        if (o->command == NULL) {
+            bool file = strpbrk(argv[word], "./") != NULL || strcmp(argv[word], "-") == 0;
+            if (!file) return unknown_command(argv[word]);
+            o->command = command_find("render");
+            word = 0;
+        }
+    }
+    bool ended = false;
+    for (int i = 1; i < argc; i++) {
+        char *at = argv[i];
+        const char *next = i + 1 < argc ? argv[i + 1] : NULL;
+        int code = EXIT_DONE;
+        if (i == word) continue;
+        if (ended || at[0] != '-' || at[1] == '\0') {
+            list_append(&o->operands, at);
+        } else if (strcmp(at, "--") == 0) {
+            ended = true;
+        } else {
+            code = at[1] == '-' ? parse_long(o, at + 2, next) : parse_letters(o, at + 1, next);
+            if (eats_next(at)) i++;
+        }
+        if (code != EXIT_DONE) return code;
+    }
+    report_setup(o);
+    return EXIT_DONE;
+}
+
+void options_free(options *o) {
+    free(o->set.items);
+    free(o->allow.items);
+    free(o->operands.items);
+}

@@ -1,0 +1,213 @@
+#include "output.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "report.h"
+
+static bool is_standard(const output *out) { return strcmp(out->path, "-") == 0; }
+
+/* The last name of the path without its extension. */
+static void input_name(const char *input, const char **name, size_t *length) {
+    if (strcmp(input, "-") == 0) input = "stdin";
+    const char *slash = strrchr(input, '/');
+    *name = slash != NULL ? slash + 1 : input;
+    const char *dot = strrchr(*name, '.');
+    *length = dot != NULL && dot != *name ? (size_t)(dot - *name) : strlen(*name);
+}
+
+/* `pattern` with the name in place of every {name}; NULL on lack of memory. */
+static char *expand_name(const char *pattern, const char *input) {
+    static const char mark[] = "{name}";
+    const char *name;
+    size_t length, count = 0;
+    input_name(input, &name, &length);
+    for (const char *at = pattern; (at = strstr(at, mark)) != NULL; at += sizeof mark - 1) count++;
+    char *path = malloc(strlen(pattern) + count * length + 1), *to = path;
+    if (path == NULL) return NULL;
+    while (*pattern != '\0') {
+        if (strncmp(pattern, mark, sizeof mark - 1) == 0) {
+            memcpy(to, name, length);
+            to += length;
+            pattern += sizeof mark - 1;
+        } else {
+            *to++ = *pattern++;
+        }
+    }
+    *to = '\0';
+    return path;
+}
+
+static const char *path_extension(const char *path) {
+    const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path;
+    const char *dot = strrchr(name, '.');
+    return dot != NULL && dot != name ? dot + 1 : "";
+}
+
+static int check_format(const char *extension, const char *path) {
+    static const char *const known[] = {"png", "exr", "pfm", "ppm"};
+    const char *missing = "";
+    struct stat info;
+    snell_features(&missing);
+    if (strcasecmp(extension, "exr") == 0 && strstr(missing, "openexr") != NULL) {
+        return report_error(EXIT_UNSUPPORTED, "write .pfm, which is linear float too",
+                            "'%s': this build has no OpenEXR", path);
+    }
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        if (strcasecmp(extension, known[i]) == 0) return EXIT_DONE;
+    }
+    bool folder = *path == '\0' || path[strlen(path) - 1] == '/' ||
+                  (stat(path, &info) == 0 && S_ISDIR(info.st_mode));
+    if (folder) {
+        return report_usage("such as -o 'folder/{name}.png'", "-o: '%s' is a folder", path);
+    }
+    return report_usage("the extension says how it is written: .png, .exr, .pfm or .ppm",
+                        "-o: '%s' is no kind of picture that snell writes", path);
+}
+
+/* A picture that cannot be written should be known before it is computed. */
+static int check_folder(const char *path) {
+    const char *slash = strrchr(path, '/');
+    size_t length = slash == NULL ? 1 : slash == path ? 1 : (size_t)(slash - path);
+    char *folder = slash == NULL ? strdup(".") : strndup(path, length);
+    struct stat info;
+    int code = EXIT_DONE;
+    if (folder == NULL) {
+        code = report_error(EXIT_MEMORY, NULL, "out of memory");
+    } else if (stat(folder, &info) != 0) {
+        code =
+            report_error(EXIT_IO, errno == ENOENT ? "make it first, with mkdir -p" : NULL,
+                         "%s: the folder '%s' cannot be used: %s", path, folder, strerror(errno));
+    } else if (!S_ISDIR(info.st_mode)) {
+        code = report_error(EXIT_IO, NULL, "%s: '%s' is no folder", path, folder);
+    } else if (access(folder, W_OK | X_OK) != 0) {
+        code = report_error(EXIT_IO, "-o names another place",
+                            "%s: the folder cannot be written: %s", path, strerror(errno));
+    } else if (stat(path, &info) == 0 && !S_ISREG(info.st_mode)) {
+        code = report_error(EXIT_IO, NULL, "%s is there already, and is no ordinary file", path);
+    }
+    free(folder);
+    return code;
+}
+
+static bool made_by_snell(const char *path) {
+    snell_picture_info info = {.struct_size = sizeof info};
+    if (snell_picture_read_info(path, &info) != SNELL_OK) return false;
+    bool made = info.tag != NULL && info.tag[0] != '\0';
+    snell_free(info.tag);
+    return made;
+}
+
+/* Without -o the name was not chosen by the user, so a file of somebody else's stays. */
+static int check_owner(const output *out, const char *path) {
+    struct stat info;
+    if (out->given != NULL || out->force || lstat(path, &info) != 0) return EXIT_DONE;
+    if (made_by_snell(path)) return EXIT_DONE;
+    return report_error(EXIT_IO, "-o names another file, --force overwrites it",
+                        "%s is there already, and snell did not make it", path);
+}
+
+static int plan_standard(output *out, const options *o) {
+    out->format = o->value[OPT_FORMAT] != NULL ? o->value[OPT_FORMAT] : "png";
+    if (report_json()) {
+        return report_usage(NULL, "-o - and --json both want standard output");
+    }
+    if (isatty(STDOUT_FILENO)) {
+        return report_usage("redirect it: snell ... -o - > picture.png",
+                            "-o -: standard output is a terminal");
+    }
+    char name[16];
+    snprintf(name, sizeof name, "-.%s", out->format);
+    return check_format(out->format, name);
+}
+
+int output_plan(output *out, const options *o, const char *input) {
+    *out = (output){.given = o->value[OPT_OUTPUT], .force = o->value[OPT_FORCE] != NULL};
+    out->path = expand_name(out->given != NULL ? out->given : "{name}.png", input);
+    if (out->path == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
+    if (is_standard(out)) return plan_standard(out, o);
+    if (o->value[OPT_FORMAT] != NULL) {
+        return report_usage("with a file the extension of -o says it",
+                            "--format is for standard output, '-o -'");
+    }
+    int code = check_format(path_extension(out->path), out->path);
+    if (code == EXIT_DONE) code = check_folder(out->path);
+    if (code == EXIT_DONE) code = check_owner(out, out->path);
+    return code;
+}
+
+void output_free(output *out) {
+    free(out->path);
+    out->path = NULL;
+}
+
+int output_check_all(const options *o) {
+    const char *given = o->value[OPT_OUTPUT];
+    size_t count = o->operands.count;
+    if (o->given[OPT_OUTPUT] > 1) {
+        return report_usage(NULL, "-o is given twice; one render writes one picture");
+    }
+    if (count > 1 && given != NULL && strstr(given, "{name}") == NULL) {
+        return report_usage("such as -o '{name}.png'", "-o: one name for %zu pictures", count);
+    }
+    int code = EXIT_DONE;
+    for (size_t i = 0; i < count && code == EXIT_DONE; i++) {
+        const char *pattern = given != NULL ? given : "{name}.png";
+        char *a = expand_name(pattern, o->operands.items[i]);
+        for (size_t j = 0; j < i && code == EXIT_DONE; j++) {
+            char *b = expand_name(pattern, o->operands.items[j]);
+            if (a == NULL || b == NULL)
+                code = report_error(EXIT_MEMORY, NULL, "out of memory");
+            else if (strcmp(a, b) == 0) {
+                code = report_usage("name them one at a time with -o",
+                                    "'%s' and '%s' would both be written to %s",
+                                    o->operands.items[j], o->operands.items[i], a);
+            }
+            free(b);
+        }
+        free(a);
+    }
+    return code;
+}
+
+int output_write(const output *out, const snell_film *film, const snell_image_desc *desc) {
+    if (!is_standard(out)) {
+        snell_status status = snell_film_write(film, out->path, desc);
+        return status == SNELL_OK ? EXIT_DONE : report_status(status, out->path);
+    }
+    void *data = NULL;
+    size_t size = 0;
+    snell_status status = snell_film_encode(film, out->format, desc, &data, &size);
+    if (status != SNELL_OK) return report_status(status, "standard output");
+    bool written = fwrite(data, 1, size, stdout) == size && fflush(stdout) == 0;
+    int error = errno;
+    snell_free(data);
+    if (written) return EXIT_DONE;
+    return report_error(EXIT_IO, NULL, "standard output cannot be written: %s", strerror(error));
+}
+
+int output_write_partial(const output *out, const snell_film *film, const snell_image_desc *desc,
+                         char **path) {
+    *path = NULL;
+    if (is_standard(out)) return EXIT_DONE;
+    const char *extension = path_extension(out->path);
+    size_t stem = strlen(out->path) - strlen(extension), size = strlen(out->path) + 16;
+    char *partial = malloc(size);
+    if (partial == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
+    snprintf(partial, size, "%.*spartial.%s", (int)stem, out->path, extension);
+    int code = check_owner(out, partial);
+    if (code == EXIT_DONE) {
+        snell_status status = snell_film_write(film, partial, desc);
+        if (status != SNELL_OK) code = report_status(status, partial);
+    }
+    if (code == EXIT_DONE)
+        *path = partial;
+    else
+        free(partial);
+    return code;
+}

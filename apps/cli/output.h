@@ -1,0 +1,27 @@
+/* Where a picture goes, and whether it may. */
+#ifndef SNELL_CLI_OUTPUT_H
+#define SNELL_CLI_OUTPUT_H
+
+#include <snell/snell.h>
+
+#include "options.h"
+
+typedef struct output {
+    char *path;         /* owned; "-" for standard output */
+    const char *given;  /* what -o said; NULL: the default rule */
+    const char *format; /* "png", ... for standard output */
+    bool force;
+} output;
+
+/* Names the picture of `input`, and checks before any work that it can be written. Exit code. */
+int output_plan(output *out, const options *o, const char *input);
+void output_free(output *out);
+/* Before the first picture: would two inputs write one file? */
+int output_check_all(const options *o);
+int output_write(const output *out, const snell_film *film, const snell_image_desc *desc);
+/* Writes OUT.partial.EXT; *path, which the caller frees, names it, NULL when nothing was written.
+ */
+int output_write_partial(const output *out, const snell_film *film, const snell_image_desc *desc,
+                         char **path);
+
+#endif

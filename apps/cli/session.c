@@ -1,0 +1,221 @@
+#include "session.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "progress.h"
+#include "report.h"
+#include "text.h"
+
+extern char **environ;
+
+enum { THREADS_MAX = 1024 };
+
+const char *session_label(const char *path) {
+    return strcmp(path, "-") == 0 ? "standard input" : path;
+}
+
+void session_check_environment(void) {
+    static const char *const known[] = {"SNELL_THREADS", "SNELL_ISA"};
+    for (char **entry = environ; entry != NULL && *entry != NULL; entry++) {
+        char name[64], hint[120] = "snell reads SNELL_THREADS, SNELL_ISA and NO_COLOR";
+        size_t length = strcspn(*entry, "=");
+        if (strncmp(*entry, "SNELL_", 6) != 0 || length >= sizeof name) continue;
+        memcpy(name, *entry, length);
+        name[length] = '\0';
+        if (strcmp(name, known[0]) == 0 || strcmp(name, known[1]) == 0) continue;
+        const char *near = text_closest(name, known, 2);
+        if (near != NULL) snprintf(hint, sizeof hint, "did you mean %s?", near);
+        report_warning(hint, "the environment variable %s means nothing to snell", name);
+    }
+}
+
+/* The option, else the environment variable; `source` names which in messages. */
+static const char *option_or_environment(const options *o, option_id id, const char *option,
+                                         const char *variable, const char **source) {
+    *source = option;
+    if (o->value[id] != NULL) return o->value[id];
+    const char *value = getenv(variable);
+    *source = variable;
+    return value != NULL && *value != '\0' ? value : NULL;
+}
+
+static int read_threads(const options *o, uint32_t *out) {
+    const char *source,
+        *text = option_or_environment(o, OPT_THREADS, "--threads", "SNELL_THREADS", &source);
+    uint64_t threads = 0;
+    if (text != NULL && !text_uint(text, 1, THREADS_MAX, &threads)) {
+        return report_usage(NULL, "%s: '%s' is not a whole number from 1 to %d", source, text,
+                            THREADS_MAX);
+    }
+    *out = (uint32_t)threads;
+    return EXIT_DONE;
+}
+
+static int read_isa(const options *o, snell_isa *out) {
+    const char *source, *text = option_or_environment(o, OPT_ISA, "--isa", "SNELL_ISA", &source);
+    *out = SNELL_ISA_AUTO;
+    if (text == NULL) return EXIT_DONE;
+    for (int isa = SNELL_ISA_AUTO; isa <= SNELL_ISA_AVX512; isa++) {
+        if (strcmp(text, snell_isa_name((snell_isa)isa)) == 0) {
+            *out = (snell_isa)isa;
+            return EXIT_DONE;
+        }
+    }
+    return report_usage("it is one of: scalar, avx2, avx512, auto", "%s: there is no '%s'", source,
+                        text);
+}
+
+/* --memory holds for this process by the kernel's count of its writable memory (RLIMIT_DATA), so
+ * that an allocation fails instead of the machine; the import helper inherits it. */
+static int limit_memory(session *s) {
+    const char *text = s->options->value[OPT_MEMORY];
+    if (text == NULL) return EXIT_DONE;
+    if (!text_bytes(text, &s->memory_max) || s->memory_max < (16u << 20)) {
+        return report_usage("such as 512M or 8G; at least 16M", "--memory: '%s' is no size", text);
+    }
+    struct rlimit limit;
+    if (getrlimit(RLIMIT_DATA, &limit) == 0 && limit.rlim_cur > s->memory_max) {
+        limit.rlim_cur = s->memory_max;
+        if (setrlimit(RLIMIT_DATA, &limit) != 0) {
+            return report_error(EXIT_MEMORY, NULL, "--memory: the limit cannot be set: %s",
+                                strerror(errno));
+        }
+    }
+    return EXIT_DONE;
+}
+
+static int check_input_format(const options *o) {
+    const char *format = o->value[OPT_INPUT_FORMAT];
+    const char *names[128], *name;
+    size_t count = 0;
+    if (format == NULL) return EXIT_DONE;
+    while (count < 128 && (name = snell_formats((uint32_t)count, NULL)) != NULL) {
+        if (name[0] == '.') name++; /* an extension */
+        if (strcmp(name, format) == 0) return EXIT_DONE;
+        names[count++] = name;
+    }
+    char hint[120] = "'snell help formats' lists them";
+    const char *near = text_closest(format, names, count);
+    if (near != NULL) snprintf(hint, sizeof hint, "did you mean '%s'?", near);
+    return report_usage(hint, "--input-format: there is no '%s'", format);
+}
+
+int session_open(session *s, const options *o) {
+    *s = (session){.options = o};
+    snell_context_desc desc = SNELL_INIT(context_desc);
+    int code = read_threads(o, &desc.thread_count);
+    if (code == EXIT_DONE) code = read_isa(o, &desc.isa_max);
+    if (code == EXIT_DONE) code = check_input_format(o);
+    if (code == EXIT_DONE) code = limit_memory(s);
+    if (code != EXIT_DONE) return code;
+    desc.log = report_log;
+    snell_status status = snell_context_create(&desc, &s->context);
+    return status == SNELL_OK ? EXIT_DONE : report_status(status, NULL);
+}
+
+static void remove_spool(session *s) {
+    report_alias(NULL, NULL);
+    if (s->spool_file != NULL) unlink(s->spool_file);
+    if (s->spool_folder != NULL) rmdir(s->spool_folder);
+    free(s->spool_file);
+    free(s->spool_folder);
+    s->spool_file = s->spool_folder = NULL;
+}
+
+void session_close(session *s) {
+    remove_spool(s);
+    snell_context_destroy(s->context);
+    s->context = NULL;
+}
+
+static int copy_input(FILE *to) {
+    static char block[1 << 16];
+    for (;;) {
+        ssize_t got = read(STDIN_FILENO, block, sizeof block);
+        if (signals_caught() != 0) return EXIT_SOME_FAILED;
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) {
+            return report_error(EXIT_IO, NULL, "standard input cannot be read: %s",
+                                strerror(errno));
+        }
+        if (got == 0) break;
+        if (fwrite(block, 1, (size_t)got, to) != (size_t)got) {
+            return report_error(EXIT_IO, "TMPDIR names another folder for it",
+                                "standard input cannot be kept: %s", strerror(errno));
+        }
+    }
+    return EXIT_DONE;
+}
+
+/* Importers want a file that they can map and seek: standard input becomes one, in a folder of its
+ * own that nobody else can read. */
+static int spool_input(session *s) {
+    const char *base = getenv("TMPDIR"), *format = s->options->value[OPT_INPUT_FORMAT];
+    char path[4096];
+    if (base == NULL || base[0] != '/') base = "/tmp";
+    snprintf(path, sizeof path, "%.3000s/snell-XXXXXX", base);
+    if (mkdtemp(path) == NULL) {
+        return report_error(EXIT_IO, "TMPDIR names another folder for it",
+                            "standard input cannot be kept: %s: %s", base, strerror(errno));
+    }
+    s->spool_folder = strdup(path);
+    size_t used = strlen(path);
+    snprintf(path + used, sizeof path - used, "/stdin%s%.32s", format != NULL ? "." : "",
+             format != NULL ? format : "");
+    s->spool_file = strdup(path);
+    if (s->spool_folder == NULL || s->spool_file == NULL) {
+        return report_error(EXIT_MEMORY, NULL, "out of memory");
+    }
+    FILE *to = fopen(s->spool_file, "wbx");
+    if (to == NULL) {
+        return report_error(EXIT_IO, NULL, "standard input cannot be kept: %s", strerror(errno));
+    }
+    int code = copy_input(to);
+    if (fclose(to) != 0 && code == EXIT_DONE) {
+        code = report_error(EXIT_IO, NULL, "standard input cannot be kept: %s", strerror(errno));
+    }
+    return code;
+}
+
+static int load_into(session *s, snell_scene *scene, const char *path) {
+    const options *o = s->options;
+    snell_load_desc desc = SNELL_INIT(load_desc);
+    desc.params = o->set.items;
+    desc.param_count = o->set.count;
+    desc.asset_dirs = o->allow.items;
+    desc.asset_dir_count = o->allow.count;
+    desc.format = o->value[OPT_INPUT_FORMAT];
+    desc.up = o->value[OPT_UP];
+    desc.memory_max = s->memory_max;
+    desc.progress = progress_report;
+    snell_status status = snell_scene_load(scene, path, &desc);
+    if (signals_caught() != 0) return EXIT_SOME_FAILED;
+    return status == SNELL_OK ? EXIT_DONE : report_status(status, path);
+}
+
+int session_load(session *s, const char *path, snell_scene **out) {
+    const char *real = path;
+    int code = EXIT_DONE;
+    *out = NULL;
+    if (strcmp(path, "-") == 0) {
+        code = spool_input(s);
+        real = s->spool_file;
+        report_alias(s->spool_file, session_label(path));
+    }
+    if (code == EXIT_DONE) {
+        snell_status status = snell_scene_create(s->context, out);
+        code = status == SNELL_OK ? load_into(s, *out, real) : report_status(status, path);
+    }
+    remove_spool(s);
+    if (code != EXIT_DONE) {
+        snell_scene_destroy(*out);
+        *out = NULL;
+    }
+    return code;
+}

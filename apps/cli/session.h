@@ -1,0 +1,27 @@
+/* What every command that reads a scene shares: the context, the limits, the loading. */
+#ifndef SNELL_CLI_SESSION_H
+#define SNELL_CLI_SESSION_H
+
+#include <snell/snell.h>
+
+#include "options.h"
+
+typedef struct session {
+    const options *options;
+    snell_context *context;
+    uint64_t memory_max; /* 0: not limited */
+    char *spool_folder;  /* where standard input was written; "" when it was not */
+    char *spool_file;
+} session;
+
+/* Exit codes, errors reported. */
+int session_open(session *s, const options *o);
+void session_close(session *s);
+/* Reads a file, or standard input when path is "-", into a new scene. */
+int session_load(session *s, const char *path, snell_scene **out);
+/* An unknown SNELL_* variable is a warning. */
+void session_check_environment(void);
+/* The file's name as messages show it. */
+const char *session_label(const char *path);
+
+#endif

@@ -1,0 +1,86 @@
+#include "tag.h"
+
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "report.h"
+#include "text.h"
+#include "values.h"
+
+static void append(json_t *list, const char *name, const char *value) {
+    size_t size = strlen(name) + strlen(value) + 4;
+    char *word = malloc(size);
+    if (word == NULL) return;
+    snprintf(word, size, *value != '\0' ? "--%s=%s" : "--%s", name, value);
+    json_array_append_new(list, report_text(word));
+    free(word);
+}
+
+/* What the picture was made with, whether the command line or the scene said it. */
+static void append_settings(json_t *list, const options *o, const snell_render_desc *desc) {
+    char text[32];
+    append(list, "integrator", integrator_name(desc->integrator));
+    snprintf(text, sizeof text, "%" PRIu32 "x%" PRIu32, desc->width, desc->height);
+    append(list, "size", text);
+    /* --samples 1 also means the pixel's centre: a scene that wants otherwise says so again. */
+    if (o->value[OPT_SAMPLES] != NULL || desc->pixel_center == (desc->samples == 1)) {
+        snprintf(text, sizeof text, "%" PRIu32, desc->samples);
+        append(list, "samples", text);
+    }
+    snprintf(text, sizeof text, "%" PRIu32, desc->max_depth);
+    append(list, "max-depth", text);
+    text_format_float(desc->min_weight, text);
+    append(list, "min-weight", text);
+    snprintf(text, sizeof text, "%" PRIu64, desc->seed);
+    append(list, "seed", text);
+}
+
+static bool is_setting(option_id id) {
+    return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_MAX_DEPTH ||
+           id == OPT_MIN_WEIGHT || id == OPT_SEED;
+}
+
+char *tag_make(const options *o, const char *file, const snell_render_desc *desc, bool partial) {
+    json_t *tag = json_object(), *list = json_array();
+    append_settings(list, o, desc);
+    for (size_t i = 0; i < option_table_count; i++) {
+        const option_info *info = &option_table[i];
+        if ((info->flags & OPTION_PICTURE) == 0 || (info->flags & OPTION_HIDDEN) != 0) continue;
+        const string_list *values = info->id == OPT_SET ? &o->set : &o->allow;
+        if ((info->flags & OPTION_REPEATS) != 0) {
+            for (size_t k = 0; k < values->count; k++) append(list, info->name, values->items[k]);
+        } else if (!is_setting(info->id) && o->value[info->id] != NULL) {
+            append(list, info->name, o->value[info->id]);
+        }
+    }
+    json_object_set_new(tag, "snell", json_string(snell_version()));
+    json_object_set_new(tag, "file", report_text(file));
+    json_object_set_new(tag, "options", list);
+    if (partial) json_object_set_new(tag, "partial", json_true());
+    char *text = json_dumps(tag, JSON_COMPACT);
+    json_decref(tag);
+    return text;
+}
+
+/* A picture may come from anywhere: only options that decide pictures are handed on, so that the
+ * command line printed from them cannot be made to write elsewhere. */
+static bool option_is_fine(const json_t *item) {
+    const char *text = json_string_value(item);
+    if (text == NULL || strncmp(text, "--", 2) != 0) return false;
+    const option_info *info = option_find(text + 2, strcspn(text + 2, "="));
+    return info != NULL && (info->flags & OPTION_PICTURE) != 0;
+}
+
+json_t *tag_read(const char *tag) {
+    json_t *root = json_loads(tag, JSON_REJECT_DUPLICATES, NULL);
+    const json_t *list = json_object_get(root, "options");
+    bool fine = json_is_string(json_object_get(root, "snell")) &&
+                json_is_string(json_object_get(root, "file")) && json_is_array(list);
+    for (size_t i = 0; fine && i < json_array_size(list); i++) {
+        fine = option_is_fine(json_array_get(list, i));
+    }
+    if (fine) return root;
+    json_decref(root);
+    return NULL;
+}

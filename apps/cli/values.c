@@ -1,0 +1,214 @@
+#include "values.h"
+
+#include <string.h>
+
+#include "report.h"
+#include "text.h"
+
+static const double pi = 3.14159265358979323846;
+
+const char *integrator_name(snell_integrator integrator) {
+    static const char *const names[] = {"", "appel", "whitted", "cook", "path"};
+    size_t index = (size_t)integrator;
+    return index < sizeof names / sizeof names[0] ? names[index] : "";
+}
+
+/* Copies up to the separator and steps over it; false when it does not fit or is not there. */
+static bool take_until(const char **at, char separator, char *out, size_t size) {
+    const char *end = strchr(*at, separator);
+    if (end == NULL || (size_t)(end - *at) >= size) return false;
+    memcpy(out, *at, (size_t)(end - *at));
+    out[end - *at] = '\0';
+    *at = end + 1;
+    return true;
+}
+
+static int bad_size(const char *text) {
+    return report_usage("such as 800x600, 640x, x480 or 50%; sides up to 65536, 2^30 pixels in all",
+                        "--size: '%s' is no size", text);
+}
+
+static int read_size(const char *text, render_values *v) {
+    char word[32];
+    const char *at = text;
+    uint64_t width = 0, height = 0;
+    size_t length = strlen(text);
+    if (length > 1 && length < sizeof word && text[length - 1] == '%') {
+        memcpy(word, text, length - 1);
+        word[length - 1] = '\0';
+        bool fine = text_number(word, &v->percent) && v->percent > 0 && v->percent <= 1e6;
+        return fine ? EXIT_DONE : bad_size(text);
+    }
+    if (!take_until(&at, 'x', word, sizeof word) || (word[0] == '\0' && *at == '\0')) {
+        return bad_size(text);
+    }
+    if (word[0] != '\0' && !text_uint(word, 1, IMAGE_SIDE_MAX, &width)) return bad_size(text);
+    if (*at != '\0' && !text_uint(at, 1, IMAGE_SIDE_MAX, &height)) return bad_size(text);
+    if (width * height > (1u << 30)) return bad_size(text);
+    v->width = (uint32_t)width;
+    v->height = (uint32_t)height;
+    return EXIT_DONE;
+}
+
+static int read_crop(const char *text, render_values *v) {
+    char w[16], h[16], x[16];
+    const char *at = text;
+    uint64_t n[4];
+    bool fine = take_until(&at, 'x', w, sizeof w) && take_until(&at, '+', h, sizeof h) &&
+                take_until(&at, '+', x, sizeof x) && text_uint(w, 1, IMAGE_SIDE_MAX, &n[0]) &&
+                text_uint(h, 1, IMAGE_SIDE_MAX, &n[1]) && text_uint(x, 0, IMAGE_SIDE_MAX, &n[2]) &&
+                text_uint(at, 0, IMAGE_SIDE_MAX, &n[3]);
+    if (!fine) {
+        return report_usage("such as 200x100+300+250: width, height, and the top left pixel",
+                            "--crop: '%s' is no rectangle", text);
+    }
+    v->has_crop = true;
+    v->crop_width = (uint32_t)n[0];
+    v->crop_height = (uint32_t)n[1];
+    v->crop_x = (uint32_t)n[2];
+    v->crop_y = (uint32_t)n[3];
+    return EXIT_DONE;
+}
+
+static int read_view(const char *text, render_values *v) {
+    /* iso: the corner of a cube, elevation atan(1 / sqrt 2). */
+    static const struct {
+        const char *name;
+        double azimuth, elevation;
+    } names[] = {{"front", 0, 0},
+                 {"back", 180, 0},
+                 {"left", -90, 0},
+                 {"right", 90, 0},
+                 {"top", 0, 90},
+                 {"bottom", 0, -90},
+                 {"iso", 45, 35.264389682754654}};
+    double azimuth = 0, elevation = 0;
+    char word[32], near[16],
+        hint[160] = "front, back, left, right, top, bottom, iso, or azimuth "
+                    "and elevation in degrees such as 30,15";
+    const char *at = text;
+    bool found = false;
+    for (size_t i = 0; i < sizeof names / sizeof names[0] && !found; i++) {
+        if (strcmp(text, names[i].name) != 0) continue;
+        azimuth = names[i].azimuth;
+        elevation = names[i].elevation;
+        found = true;
+    }
+    if (!found && take_until(&at, ',', word, sizeof word)) {
+        found = text_number(word, &azimuth) && text_number(at, &elevation) && elevation >= -90 &&
+                elevation <= 90 && azimuth >= -3600 && azimuth <= 3600;
+    } else if (!found && text_choice_closest("front|back|left|right|top|bottom|iso", text, near,
+                                             sizeof near)) {
+        snprintf(hint, sizeof hint, "did you mean '%s'?", near);
+    }
+    if (!found) return report_usage(hint, "--view: '%s' is no direction", text);
+    v->has_view = true;
+    v->view[0] = (float)(azimuth * pi / 180);
+    v->view[1] = (float)(elevation * pi / 180);
+    return EXIT_DONE;
+}
+
+static int read_background(const char *text, render_values *v) {
+    v->transparent = strcmp(text, "transparent") == 0;
+    v->has_background = !v->transparent;
+    if (v->transparent || text_color(text, &v->background)) return EXIT_DONE;
+    return report_usage("'#rrggbb' or '#rgb' (sRGB), linear 'r,g,b', white, grey, black, or "
+                        "transparent",
+                        "--background: '%s' is no colour", text);
+}
+
+static int read_ground(const char *text, render_values *v) {
+    v->has_ground = true;
+    v->ground = (snell_vec3){0.5f, 0.5f, 0.5f};
+    if (*text == '\0' || text_color(text, &v->ground)) return EXIT_DONE;
+    return report_usage("'#rrggbb' or '#rgb' (sRGB), linear 'r,g,b', white, grey or black",
+                        "--ground: '%s' is no colour", text);
+}
+
+/* A whole number, a decimal number: the error names the option and the range. */
+static int read_whole(const options *o, option_id id, const char *name, uint64_t min, uint64_t max,
+                      uint64_t *out) {
+    if (text_uint(o->value[id], min, max, out)) return EXIT_DONE;
+    return report_usage(NULL, "--%s: '%s' is not a whole number from %llu to %llu", name,
+                        o->value[id], (unsigned long long)min, (unsigned long long)max);
+}
+
+static int read_decimal(const options *o, option_id id, const char *name, double min, double max,
+                        double *out) {
+    if (text_number(o->value[id], out) && *out >= min && *out <= max) return EXIT_DONE;
+    return report_usage(NULL, "--%s: '%s' is not a number from %g to %g", name, o->value[id], min,
+                        max);
+}
+
+static int read_picture(const options *o, render_values *v) {
+    int code = EXIT_DONE;
+    double number = 0;
+    if (o->value[OPT_SIZE] != NULL) code = read_size(o->value[OPT_SIZE], v);
+    if (code == EXIT_DONE && o->value[OPT_CROP] != NULL) code = read_crop(o->value[OPT_CROP], v);
+    if (code == EXIT_DONE && o->value[OPT_EXPOSURE] != NULL) {
+        code = read_decimal(o, OPT_EXPOSURE, "exposure", -64, 64, &number);
+        v->exposure = (float)number;
+        v->has_exposure = true;
+    }
+    if (code == EXIT_DONE && o->value[OPT_BACKGROUND] != NULL) {
+        code = read_background(o->value[OPT_BACKGROUND], v);
+    }
+    if (code == EXIT_DONE && o->value[OPT_VIEW] != NULL) code = read_view(o->value[OPT_VIEW], v);
+    if (code == EXIT_DONE && o->value[OPT_FOV] != NULL) {
+        code = read_decimal(o, OPT_FOV, "fov", 0.01, 179, &number);
+        v->fov = (float)(number * pi / 180);
+    }
+    if (code == EXIT_DONE && o->value[OPT_GROUND] != NULL) {
+        code = read_ground(o->value[OPT_GROUND], v);
+    }
+    const char *light = o->value[OPT_LIGHT];
+    v->light_none = light != NULL && strcmp(light, "none") == 0;
+    return code;
+}
+
+static int read_rendering(const options *o, render_values *v) {
+    int code = EXIT_DONE;
+    uint64_t whole = 0;
+    double number = 0;
+    const char *integrator = o->value[OPT_INTEGRATOR];
+    if (integrator != NULL) {
+        v->integrator = strcmp(integrator, "appel") == 0 ? SNELL_APPEL : SNELL_WHITTED;
+    }
+    if (o->value[OPT_SAMPLES] != NULL) {
+        code = read_whole(o, OPT_SAMPLES, "samples", 1, SAMPLES_MAX, &whole);
+        v->samples = (uint32_t)whole;
+    }
+    if (code == EXIT_DONE && o->value[OPT_MAX_DEPTH] != NULL) {
+        code = read_whole(o, OPT_MAX_DEPTH, "max-depth", 0, DEPTH_MAX, &whole);
+        v->max_depth = (uint32_t)whole;
+        v->has_max_depth = true;
+    }
+    if (code == EXIT_DONE && o->value[OPT_MIN_WEIGHT] != NULL) {
+        code = read_decimal(o, OPT_MIN_WEIGHT, "min-weight", 0, 1, &number);
+        v->min_weight = (float)number;
+        v->has_min_weight = true;
+    }
+    if (code == EXIT_DONE && o->value[OPT_SEED] != NULL) {
+        code = read_whole(o, OPT_SEED, "seed", 0, UINT64_MAX, &v->seed);
+        v->has_seed = true;
+    }
+    return code;
+}
+
+int values_read(const options *o, render_values *v) {
+    memset(v, 0, sizeof *v);
+    int code = read_picture(o, v);
+    if (code == EXIT_DONE) code = read_rendering(o, v);
+    if (code == EXIT_DONE && o->value[OPT_CAMERA] != NULL && v->has_view) {
+        code = report_usage("--view frames the model by itself", "--camera and --view exclude each "
+                                                                 "other");
+    }
+    for (size_t i = 0; i < o->set.count && code == EXIT_DONE; i++) {
+        const char *equals = strchr(o->set.items[i], '=');
+        if (equals == NULL || equals == o->set.items[i]) {
+            code = report_usage("such as -D depth=5", "--set: '%s' is not NAME=VALUE",
+                                o->set.items[i]);
+        }
+    }
+    return code;
+}

@@ -1,0 +1,45 @@
+/* Building one level: references to boxes in, wide nodes out. */
+#ifndef SNELL_ACCEL_BUILD_H
+#define SNELL_ACCEL_BUILD_H
+
+#include <stdatomic.h>
+
+#include "accel/layout.h"
+
+typedef struct build_reference {
+    vec3 min;
+    uint32_t id; /* triangle, or instance */
+    vec3 max;
+    uint32_t unused;
+} build_reference;
+
+/* Shared by all levels of one accel_build; workers add to `done`, the caller's thread reports. */
+typedef struct build_progress {
+    const accel_options *options;
+    uint64_t total;
+    atomic_uint_least64_t done;
+    atomic_bool stop;
+} build_progress;
+
+typedef struct build_job {
+    build_reference *references; /* reordered */
+    size_t count;                /* at least 1 */
+    const mesh_desc *mesh;       /* whose triangles; NULL: instances */
+    uint32_t leaf_size;          /* 1 for instances */
+    uint32_t seed;
+    build_progress *progress;
+} build_job;
+
+/* The triangles of a mesh, or NULL without memory; *bounds is their box. */
+build_reference *build_mesh_references(const mesh_desc *mesh, bounds3 *bounds);
+
+/* The tree does not depend on the pool, which may be NULL (then the calling thread does it all and
+ * reports only if `reports`). SNELL_OK, SNELL_CANCELLED or SNELL_ERR_MEMORY; no message is set. On
+ * failure *out is zero. */
+snell_status build_tree(const build_job *job, thread_pool *pool, bool reports, bvh_tree *out);
+void build_tree_free(bvh_tree *tree);
+
+/* False: stop. */
+bool build_progress_report(build_progress *progress);
+
+#endif

@@ -1,0 +1,86 @@
+/* What a built acceleration structure looks like in memory: read by the kernels, written by the
+ * build.
+ *
+ *     top level: nodes over instances ──▶ instance ──▶ analytic shape: its `intersect`
+ *                                            └───────▶ mesh: nodes over triangles ──▶ blocks of 8
+ *
+ * Both levels have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set:
+ * then it is an instance's index (top level; always one instance, so that the child's box is the
+ * instance's box) or a block's index and its number of triangles less one. */
+#ifndef SNELL_ACCEL_LAYOUT_H
+#define SNELL_ACCEL_LAYOUT_H
+
+#include "accel/accel.h"
+#include "geometry/mesh.h"
+
+enum {
+    BVH_WIDTH = 8,
+    /* Levels of wide nodes. The build splits by SAH down to BVH_SAH_DEPTH and halves from there. */
+    BVH_DEPTH_MAX = 80,
+    BVH_SAH_DEPTH = 44,
+    /* Each level leaves at most seven children behind; eight are written before one is taken. */
+    BVH_STACK_SIZE = BVH_DEPTH_MAX * (BVH_WIDTH - 1) + BVH_WIDTH
+};
+#define BVH_LEAF 0x80000000u
+#define BVH_COUNT_SHIFT 28
+#define BVH_INDEX_MASK 0x0fffffffu /* of a block; no tree may have more nodes or blocks */
+
+typedef struct bvh_node {
+    float bounds[2][3][BVH_WIDTH]; /* minimum and maximum, axis, child */
+    uint32_t child[BVH_WIDTH];
+    uint32_t valid; /* a bit per child; unused children have empty bounds */
+    uint32_t unused[7];
+} bvh_node;
+_Static_assert(sizeof(bvh_node) == 256, "a node is four cache lines");
+
+typedef struct triangle_block {
+    float vertex[3][3][BVH_WIDTH]; /* vertex, axis, triangle; unused triangles repeat the last */
+    uint32_t primitive[BVH_WIDTH];
+} triangle_block;
+_Static_assert(sizeof(triangle_block) == 320, "a block is five cache lines");
+
+/* The slab test's exit is multiplied by this: 1 + 2^-18. A monotone change, so nodes still enclose
+ * what their children accept. Without it the box of a triangle on a grid may refuse, by its own
+ * rounding, the very hit at a shared edge that the watertight test gave to this triangle alone: a
+ * leak. The rounding is relative to t: three roundings in each plane's t, and at most five in each
+ * sheared vertex; 64 units in the last place cover it well (Ize, Robust BVH Ray Traversal, JCGT
+ * 2(2), 2013, for the slabs). */
+#define BOX_EXIT_SCALE (1.0f + 0x1p-18f)
+
+typedef struct bvh_tree {
+    bvh_node *nodes;        /* aligned to 64 */
+    triangle_block *blocks; /* aligned to 64; NULL in the top level */
+    size_t node_count, block_count;
+    uint32_t root; /* in a mesh it may be a leaf; in the top level it is a node */
+    bounds3 bounds;
+} bvh_tree;
+
+typedef struct frozen_geometry {
+    const primitive_type *type;
+    const void *desc;
+    bounds3 bounds;
+    bvh_tree tree; /* meshes */
+    bool used;
+} frozen_geometry;
+
+typedef struct frozen_instance {
+    const primitive_type *type;
+    const void *desc;
+    const bvh_tree *mesh; /* NULL: an analytic shape */
+    uint32_t mask;
+    bool identity, flat;
+    bounds3 bounds; /* the shape's, in its own space */
+    transform to_local;
+} frozen_instance;
+
+struct accel {
+    frozen_geometry *geometries;
+    size_t geometry_count;
+    frozen_instance *instances;
+    size_t instance_count;
+    uint32_t *unbounded; /* instances without a box, ascending */
+    size_t unbounded_count;
+    bvh_tree top; /* node_count 0: no bounded instance */
+};
+
+#endif

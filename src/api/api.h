@@ -1,0 +1,51 @@
+/* What the opaque objects of the public header are. */
+#ifndef SNELL_API_API_H
+#define SNELL_API_API_H
+
+#include <pthread.h>
+
+#include "image/film.h"
+#include "integrators/integrator.h"
+#include "scene/scene.h"
+
+struct snell_context {
+    thread_pool *pool;
+    snell_isa isa;
+    log_sink log; /* writes under log_lock */
+    log_sink user_log;
+    pthread_mutex_t log_lock;
+};
+
+/*  any number of readers (queries, renders)  OR  one editor (add, load, commit): the counts are
+ * guarded by lock, and what does not fit is SNELL_ERR_STATE at once. */
+struct snell_scene {
+    snell_context *context;
+    description *description;
+    scene *frozen; /* of the last commit; borrows the description's data */
+    pthread_mutex_t lock;
+    uint32_t readers;
+    bool editing;
+};
+
+struct snell_film {
+    film film;
+    snell_render_stats stats;
+    float exposure; /* what the scene asks for */
+    int tonemap;    /* choice of render_desc.tonemap, never "default" */
+};
+
+snell_status scene_begin_edit(snell_scene *s);
+void scene_end_edit(snell_scene *s);
+/* Fails without a commit. const: reading is not an edit. */
+snell_status scene_begin_read(const snell_scene *s);
+void scene_end_read(const snell_scene *s);
+
+/* The description struct of a typed public call: checked, copied and added; *index1 is the id's
+ * number. */
+snell_status scene_add_typed(snell_scene *s, category category, const char *type, const void *desc,
+                             uint32_t *index1);
+
+/* Bounds of everything that has bounds, before a commit. */
+bounds3 description_bounds(const description *d);
+
+#endif

@@ -1,0 +1,96 @@
+/* Rays of the caller's own. */
+#include "api/api.h"
+
+enum { CHUNK = 256, TASK = 4096 };
+
+static ray convert_ray(const snell_ray *in) {
+    ray r = ray_make(in->origin, in->direction, in->t_min, in->t_max);
+    r.time = in->time;
+    r.mask = in->mask ? MASK_ALL : 0;
+    return r;
+}
+
+static void convert_hit(const snell_scene *s, const ray *r, const hit *in, snell_hit *out) {
+    *out = (snell_hit){.t = INFINITY};
+    if (in->instance == NO_ID) return;
+    shade_point p;
+    scene_shade_point(s->frozen, r, in, &p);
+    uint32_t index = s->frozen->instance_ids[in->instance];
+    out->t = in->t;
+    out->u = in->u;
+    out->v = in->v;
+    out->primitive = in->primitive;
+    out->instance = (snell_instance_id){index + 1, s->description->instances[index].generation};
+    out->normal = vec3_from(p.outside ? p.n : dvec3_negate(p.n));
+}
+
+static void intersect(const snell_scene *s, const snell_ray *rays, snell_hit *hits, size_t count) {
+    ray converted[CHUNK];
+    hit found[CHUNK];
+    for (size_t start = 0; start < count; start += CHUNK) {
+        size_t n = count - start < CHUNK ? count - start : CHUNK;
+        for (size_t i = 0; i < n; i++) converted[i] = convert_ray(&rays[start + i]);
+        accel_trace(s->frozen->accel, s->context->isa, converted, found, n, NULL);
+        for (size_t i = 0; i < n; i++) convert_hit(s, &converted[i], &found[i], &hits[start + i]);
+    }
+}
+
+static snell_status begin_query(const snell_scene *s, const void *rays, const void *results,
+                                size_t count) {
+    if (count > 0 && (rays == NULL || results == NULL))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "rays or results is NULL");
+    return scene_begin_read(s);
+}
+
+snell_status snell_scene_intersect(const snell_scene *s, const snell_ray *rays, snell_hit *hits,
+                                   size_t count) {
+    snell_status status = begin_query(s, rays, hits, count);
+    if (status) return status;
+    unsigned saved = floatenv_enter();
+    intersect(s, rays, hits, count);
+    floatenv_leave(saved);
+    scene_end_read(s);
+    return SNELL_OK;
+}
+
+typedef struct query {
+    const snell_scene *scene;
+    const snell_ray *rays;
+    snell_hit *hits;
+    size_t count;
+} query;
+
+static void intersect_part(void *data, size_t index, uint32_t worker) {
+    (void)worker;
+    const query *q = data;
+    size_t start = index * TASK, n = q->count - start < TASK ? q->count - start : TASK;
+    intersect(q->scene, q->rays + start, q->hits + start, n);
+}
+
+snell_status snell_scene_intersect_all(const snell_scene *s, const snell_ray *rays, snell_hit *hits,
+                                       size_t count) {
+    snell_status status = begin_query(s, rays, hits, count);
+    if (status) return status;
+    unsigned saved = floatenv_enter();
+    query q = {s, rays, hits, count};
+    thread_pool_run(s->context->pool, (count + TASK - 1) / TASK, intersect_part, &q);
+    floatenv_leave(saved);
+    scene_end_read(s);
+    return SNELL_OK;
+}
+
+snell_status snell_scene_occluded(const snell_scene *s, const snell_ray *rays, uint8_t *blocked,
+                                  size_t count) {
+    snell_status status = begin_query(s, rays, blocked, count);
+    if (status) return status;
+    unsigned saved = floatenv_enter();
+    ray converted[CHUNK];
+    for (size_t start = 0; start < count; start += CHUNK) {
+        size_t n = count - start < CHUNK ? count - start : CHUNK;
+        for (size_t i = 0; i < n; i++) converted[i] = convert_ray(&rays[start + i]);
+        accel_occluded(s->frozen->accel, s->context->isa, converted, blocked + start, n, NULL);
+    }
+    floatenv_leave(saved);
+    scene_end_read(s);
+    return SNELL_OK;
+}

@@ -1,0 +1,280 @@
+/* Settings, rendering and films. */
+#include "render/render.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/api.h"
+#include "base/memory.h"
+#include "image/write.h"
+#include "scene/settings.h"
+
+static const float DEFAULT_MIN_WEIGHT = 0.002f;
+
+static const render_desc *render_settings(const snell_scene *s) {
+    const object *o = description_setting(s->description, "render");
+    return o ? o->desc : NULL;
+}
+
+static bool has_dielectric(const description *d) {
+    const object_list *materials = &d->objects[CATEGORY_MATERIAL];
+    for (size_t i = 0; i < materials->count; i++)
+        if (((const material_type *)materials->items[i].type)->inside) return true;
+    return false;
+}
+
+static snell_status find_integrator(snell_integrator which, const integrator **out) {
+    if (which < SNELL_APPEL || which > SNELL_PATH)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "integrator %d does not exist", (int)which);
+    *out = integrators[which - 1];
+    if (*out == NULL)
+        return error_set(SNELL_ERR_UNSUPPORTED, "use appel or whitted",
+                         "this integrator is not in this version");
+    return SNELL_OK;
+}
+
+snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
+                                  snell_render_desc *out) {
+    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    render_desc defaults;
+    desc_init(&setting_render, &defaults);
+    const render_desc *r = render_settings(s);
+    bool same = r == NULL || which == 0 || r->integrator == 0 || (int)which == r->integrator;
+    if (r == NULL) r = &defaults;
+    if (which == 0) which = r->integrator > 0 ? (snell_integrator)r->integrator : SNELL_WHITTED;
+    const integrator *policy = NULL;
+    snell_status status = find_integrator(which, &policy);
+    if (status) return status;
+    /* A scene's samples and depth are meant for its own integrator. */
+    uint32_t depth = has_dielectric(s->description) ? policy->max_depth_media : policy->max_depth;
+    *out = (snell_render_desc){
+        .struct_size = sizeof *out,
+        .integrator = which,
+        .width = r->width > 0 ? (uint32_t)r->width : DEFAULT_WIDTH,
+        .height = r->height > 0 ? (uint32_t)r->height : DEFAULT_HEIGHT,
+        .samples = same && r->samples > 0 ? (uint32_t)r->samples : policy->samples,
+        .max_depth = same && r->max_depth >= 0 ? (uint32_t)r->max_depth : depth,
+        .min_weight = r->min_weight >= 0 ? r->min_weight : DEFAULT_MIN_WEIGHT,
+        .pixel_center = r->pixel_center,
+        .seed = (uint64_t)r->seed};
+    return SNELL_OK;
+}
+
+static snell_status check_render(const snell_render_desc *r) {
+    if (r->struct_size != sizeof *r)
+        return error_set(SNELL_ERR_VERSION, "compile against the library's own header",
+                         "snell_render: the description has another version's size");
+    if (r->width < 1 || r->width > 65536 || r->height < 1 || r->height > 65536 ||
+        (uint64_t)r->width * r->height > 1u << 30)
+        return error_set(SNELL_ERR_ARGUMENT, "sides are 1 to 65536 pixels, at most 2^30 in all",
+                         "a picture cannot be %u x %u pixels", r->width, r->height);
+    if (r->crop_width > 0 &&
+        (r->crop_height == 0 || (uint64_t)r->crop_x + r->crop_width > r->width ||
+         (uint64_t)r->crop_y + r->crop_height > r->height))
+        return error_set(SNELL_ERR_ARGUMENT, NULL,
+                         "the crop %ux%u+%u+%u is not inside the picture of %u x %u pixels",
+                         r->crop_width, r->crop_height, r->crop_x, r->crop_y, r->width, r->height);
+    if (r->samples < 1 || r->samples > 1u << 20)
+        return error_set(SNELL_ERR_ARGUMENT, "1 to 1048576", "samples cannot be %u", r->samples);
+    if (r->max_depth > 1000)
+        return error_set(SNELL_ERR_ARGUMENT, "at most 1000", "max_depth cannot be %u",
+                         r->max_depth);
+    if (!(r->min_weight >= 0 && r->min_weight <= 1))
+        return error_set(SNELL_ERR_ARGUMENT, "0 to 1", "min_weight cannot be %g",
+                         (double)r->min_weight);
+    if (r->wave_size > 1u << 20)
+        return error_set(SNELL_ERR_ARGUMENT, "at most 1048576", "wave_size cannot be %u",
+                         r->wave_size);
+    return SNELL_OK;
+}
+
+/* The camera of the render: its type and description; `view` becomes a perspective camera by value.
+ */
+static snell_status choose_camera(const snell_scene *s, const snell_render_desc *r,
+                                  perspective_desc *by_value, const camera_type **type,
+                                  const void **desc) {
+    if (r->view) {
+        *by_value = (perspective_desc){sizeof *by_value, r->view->from, r->view->at, r->view->up,
+                                       r->view->fov};
+        snell_status status = desc_check(&camera_perspective.info, by_value, NULL);
+        if (!status) status = camera_perspective.check(by_value);
+        *type = &camera_perspective;
+        *desc = by_value;
+        return status;
+    }
+    const object_list *cameras = &s->description->objects[CATEGORY_CAMERA];
+    uint32_t index = r->camera.index1 ? r->camera.index1 - 1 : 0;
+    if (cameras->count == 0)
+        return error_set(SNELL_ERR_ARGUMENT, "add one, set view, or call snell_scene_add_studio",
+                         "the scene has no camera");
+    if (index >= cameras->count)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "there is no camera %u", index + 1);
+    *type = (const camera_type *)cameras->items[index].type;
+    *desc = cameras->items[index].desc;
+    return SNELL_OK;
+}
+
+/* What the scene wants done to the picture when it is written. */
+static void keep_look(const snell_scene *s, snell_film *f) {
+    const render_desc *r = render_settings(s);
+    f->exposure = r ? r->exposure : 0;
+    f->tonemap = r ? r->tonemap : 0;
+    if (f->tonemap == 0)
+        f->tonemap = choice_find("default|clip|reinhard|neutral",
+                                 s->description->is_model ? "neutral" : "clip");
+}
+
+static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
+    const integrator *policy = NULL;
+    const camera_type *camera = NULL;
+    const void *camera_desc = NULL;
+    perspective_desc by_value;
+    snell_status status = check_render(r);
+    if (!status) status = find_integrator(r->integrator, &policy);
+    if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
+    if (status) return status;
+    const scene *frozen = s->frozen;
+    camera_frame frame;
+    camera->prepare(camera_desc, &frame);
+    bool crop = r->crop_width > 0;
+    render_options options = {
+        .wave = {.scene = frozen,
+                 .integrator = policy,
+                 .camera = camera,
+                 .frame = frame,
+                 .camera_media = media_around(frozen, s->context->isa, frame.position),
+                 .width = r->width,
+                 .height = r->height,
+                 .samples = r->samples,
+                 .max_depth = r->max_depth,
+                 .min_weight = r->min_weight,
+                 .seed = r->seed,
+                 .pixel_center = r->pixel_center,
+                 .transparent = r->transparent,
+                 .wave_size = r->wave_size,
+                 .isa = s->context->isa},
+        .crop_x = crop ? r->crop_x : 0,
+        .crop_y = crop ? r->crop_y : 0,
+        .crop_width = crop ? r->crop_width : r->width,
+        .crop_height = crop ? r->crop_height : r->height,
+        .progress = r->progress,
+        .user = r->user};
+    keep_look(s, out);
+    return render_film(&options, s->context->pool, &out->film, &out->stats);
+}
+
+snell_status snell_render(const snell_scene *s, const snell_render_desc *desc, snell_film *f) {
+    if (desc == NULL || f == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_render: an argument is NULL");
+    snell_status status = scene_begin_read(s);
+    if (status) return status;
+    unsigned saved = floatenv_enter();
+    status = render(s, desc, f);
+    floatenv_leave(saved);
+    scene_end_read(s);
+    return status;
+}
+
+/* ---- films ---- */
+
+snell_status snell_film_create(snell_context *context, snell_film **out) {
+    if (context == NULL || out == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_create: an argument is NULL");
+    *out = memory_zeroed(1, sizeof **out);
+    return *out ? SNELL_OK : error_no_memory();
+}
+
+void snell_film_destroy(snell_film *f) {
+    if (f == NULL) return;
+    film_free(&f->film);
+    free(f);
+}
+
+snell_status snell_film_get_stats(const snell_film *f, snell_render_stats *out) {
+    if (f == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (out->struct_size != sizeof *out)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    *out = f->stats;
+    out->struct_size = sizeof *out;
+    return SNELL_OK;
+}
+
+const float *snell_film_pixels(const snell_film *f, uint32_t *width, uint32_t *height,
+                               uint32_t *channels) {
+    if (f == NULL) return NULL;
+    if (width) *width = f->film.width;
+    if (height) *height = f->film.height;
+    if (channels) *channels = f->film.channels;
+    return f->film.pixels;
+}
+
+uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) : 0; }
+
+/* ---- pictures ---- */
+
+/* The codec's options from what the caller says, else what the film's scene asks for. */
+static snell_status image_settings(const snell_film *f, const snell_image_desc *desc,
+                                   image_options *out) {
+    char word[32];
+    choice_word("default|clip|reinhard|neutral", f->tonemap, word, sizeof word);
+    bool named = desc && desc->tonemap;
+    *out = (image_options){.exposure =
+                               (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
+                           .tag = desc ? desc->tag : NULL};
+    if (f->film.pixels == NULL)
+        return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
+    if (desc && desc->struct_size != sizeof *desc)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    return tonemap_find(named ? desc->tonemap : word, &out->map);
+}
+
+static snell_status encode(const snell_film *f, const image_codec *codec,
+                           const snell_image_desc *desc, void **data, size_t *size) {
+    image_options options;
+    snell_status status = image_settings(f, desc, &options);
+    image_pixels pixels = {f->film.pixels, f->film.width, f->film.height, f->film.channels};
+    return status ? status : image_encode(codec, &pixels, &options, data, size);
+}
+
+snell_status snell_film_encode(const snell_film *f, const char *format,
+                               const snell_image_desc *desc, void **data, size_t *size) {
+    if (f == NULL || format == NULL || data == NULL || size == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_encode: an argument is NULL");
+    const image_codec *codec;
+    snell_status status = image_codec_find(format, &codec);
+    unsigned saved = floatenv_enter();
+    if (!status) status = encode(f, codec, desc, data, size);
+    floatenv_leave(saved);
+    return status;
+}
+
+snell_status snell_film_write(const snell_film *f, const char *path, const snell_image_desc *desc) {
+    if (f == NULL || path == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_write: an argument is NULL");
+    image_options options;
+    snell_status status = image_settings(f, desc, &options);
+    if (status) return status;
+    image_pixels pixels = {f->film.pixels, f->film.width, f->film.height, f->film.channels};
+    unsigned saved = floatenv_enter();
+    status = image_write(path, &pixels, &options);
+    floatenv_leave(saved);
+    return status;
+}
+
+snell_status snell_picture_read_info(const char *path, snell_picture_info *out) {
+    if (path == NULL || out == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (out->struct_size != sizeof *out)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    image_info info;
+    snell_status status = image_read_info(path, &info);
+    if (status) return status;
+    *out = (snell_picture_info){.struct_size = sizeof *out,
+                                .width = info.width,
+                                .height = info.height,
+                                .channels = info.channels,
+                                .bits = info.bits,
+                                .tag = info.tag};
+    memcpy(out->format, info.format, sizeof out->format);
+    return SNELL_OK;
+}

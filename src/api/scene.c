@@ -1,0 +1,451 @@
+/* Scenes: loading, adding, committing, and what is in them. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "api/api.h"
+#include "base/memory.h"
+#include "geometry/mesh.h"
+#include "importers/importer.h"
+#include "scene/settings.h"
+
+/* ---- readers and the editor ---- */
+
+snell_status scene_begin_edit(snell_scene *s) {
+    if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    pthread_mutex_lock(&s->lock);
+    bool busy = s->readers > 0 || s->editing;
+    if (!busy) s->editing = true;
+    pthread_mutex_unlock(&s->lock);
+    if (busy)
+        return error_set(SNELL_ERR_STATE, "wait for the render or query to return, or cancel it",
+                         "the scene is in use and cannot be edited");
+    return SNELL_OK;
+}
+
+void scene_end_edit(snell_scene *s) {
+    pthread_mutex_lock(&s->lock);
+    s->editing = false;
+    pthread_mutex_unlock(&s->lock);
+}
+
+snell_status scene_begin_read(const snell_scene *shared) {
+    if (shared == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    snell_scene *s = (snell_scene *)(uintptr_t)shared;
+    pthread_mutex_lock(&s->lock);
+    bool ready = !s->editing && s->frozen != NULL, editing = s->editing;
+    if (ready) s->readers++;
+    pthread_mutex_unlock(&s->lock);
+    if (editing) return error_set(SNELL_ERR_STATE, NULL, "the scene is being edited");
+    if (!ready)
+        return error_set(SNELL_ERR_STATE, "call snell_scene_commit first",
+                         "the scene was not committed");
+    return SNELL_OK;
+}
+
+void scene_end_read(const snell_scene *shared) {
+    snell_scene *s = (snell_scene *)(uintptr_t)shared;
+    pthread_mutex_lock(&s->lock);
+    s->readers--;
+    pthread_mutex_unlock(&s->lock);
+}
+
+snell_status snell_scene_create(snell_context *context, snell_scene **out) {
+    if (context == NULL || out == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_create: an argument is NULL");
+    snell_scene *s = memory_zeroed(1, sizeof *s);
+    if (s == NULL) return error_no_memory();
+    snell_status status = description_create(&s->description);
+    if (status) {
+        free(s);
+        return status;
+    }
+    s->context = context;
+    pthread_mutex_init(&s->lock, NULL);
+    *out = s;
+    return SNELL_OK;
+}
+
+void snell_scene_destroy(snell_scene *s) {
+    if (s == NULL) return;
+    scene_destroy(s->frozen);
+    description_destroy(s->description);
+    pthread_mutex_destroy(&s->lock);
+    free(s);
+}
+
+/* ---- loading ---- */
+
+typedef struct load_progress {
+    const snell_load_desc *desc;
+} load_progress;
+
+static bool report_read(void *user, double fraction) {
+    const load_progress *p = user;
+    snell_progress progress = {
+        .struct_size = sizeof progress, .phase = "read", .fraction = fraction, .seconds_left = -1};
+    return p->desc->progress(p->desc->user, &progress);
+}
+
+static void forward_messages(const snell_scene *s, size_t first) {
+    for (size_t i = first; i < s->description->message_count; i++) {
+        const import_message *m = &s->description->messages[i];
+        log_write(&s->context->log, m->severity, (source_place){m->file, m->line, 0}, m->hint, "%s",
+                  m->text);
+    }
+}
+
+snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load_desc *desc) {
+    snell_load_desc defaults = SNELL_INIT(load_desc);
+    if (desc == NULL) desc = &defaults;
+    if (path == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: path is NULL");
+    if (desc->struct_size != sizeof *desc)
+        return error_set(SNELL_ERR_VERSION, "compile against the library's own header",
+                         "snell_scene_load: the description has another version's size");
+    if (!desc->allow_helper)
+        return error_set(SNELL_ERR_UNSUPPORTED, "set allow_helper",
+                         "files are read by snell-import, which was not allowed");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    load_progress progress = {desc};
+    helper_options options = {.import = {.params = desc->params,
+                                         .param_count = desc->param_count,
+                                         .asset_dirs = desc->asset_dirs,
+                                         .asset_dir_count = desc->asset_dir_count,
+                                         .up = desc->up,
+                                         .allow_programs = desc->allow_programs,
+                                         .memory_max = desc->memory_max},
+                              .format = desc->format,
+                              .time_max = desc->time_max,
+                              .progress = desc->progress ? report_read : NULL,
+                              .user = &progress};
+    size_t first = s->description->message_count;
+    status = helper_import(path, &options, s->description);
+    forward_messages(s, first);
+    scene_end_edit(s);
+    return status;
+}
+
+/* ---- adding ---- */
+
+static snell_status add_generic(snell_scene *s, category what, const char *type,
+                                const snell_param *params, size_t count, uint32_t *index1) {
+    if (type == NULL || (params == NULL && count > 0))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    uint32_t index = 0;
+    status = description_add(s->description, what, type, params, count, (object_source){0}, &index);
+    scene_end_edit(s);
+    if (!status) *index1 = index + 1;
+    return status;
+}
+
+snell_status scene_add_typed(snell_scene *s, category what, const char *type, const void *desc,
+                             uint32_t *index1) {
+    if (desc == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: desc is NULL", type);
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    uint32_t index = 0;
+    status = description_add_desc(s->description, type_find(what, type), desc, (object_source){0},
+                                  &index);
+    scene_end_edit(s);
+    if (!status) *index1 = index + 1;
+    return status;
+}
+
+/* The five public forms differ only in the id's type. */
+#define DEFINE_ADD(noun, CATEGORY)                                                                 \
+    snell_status snell_scene_add_##noun(snell_scene *s, const char *type,                          \
+                                        const snell_param *params, size_t count,                   \
+                                        snell_##noun##_id *out) {                                  \
+        uint32_t index1 = 0;                                                                       \
+        snell_status status = add_generic(s, CATEGORY, type, params, count, &index1);              \
+        if (!status && out) *out = (snell_##noun##_id){index1, 0};                                 \
+        return status;                                                                             \
+    }
+DEFINE_ADD(texture, CATEGORY_TEXTURE)
+DEFINE_ADD(material, CATEGORY_MATERIAL)
+DEFINE_ADD(light, CATEGORY_LIGHT)
+DEFINE_ADD(shape, CATEGORY_SHAPE)
+DEFINE_ADD(camera, CATEGORY_CAMERA)
+
+snell_status snell_scene_add_instance(snell_scene *s, snell_shape_id shape,
+                                      snell_material_id material_id,
+                                      const snell_transform *to_world, snell_instance_id *out) {
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    uint32_t index = 0;
+    if (shape.index1 == 0)
+        status = error_set(SNELL_ERR_ARGUMENT, NULL, "an instance needs a shape");
+    uint32_t m = material_id.index1 ? material_id.index1 - 1 : NO_MATERIAL;
+    transform identity = transform_identity();
+    if (!status)
+        status =
+            description_add_instance(s->description, shape.index1 - 1, m,
+                                     to_world ? to_world : &identity, (object_source){0}, &index);
+    if (!status && out)
+        *out = (snell_instance_id){index + 1, s->description->instances[index].generation};
+    scene_end_edit(s);
+    return status;
+}
+
+static snell_status find_instance(snell_scene *s, snell_instance_id id, instance **out) {
+    description *d = s->description;
+    if (id.index1 == 0 || id.index1 > d->instance_count || d->instances[id.index1 - 1].removed ||
+        d->instances[id.index1 - 1].generation != id.generation)
+        return error_set(SNELL_ERR_ARGUMENT, "it may have been removed",
+                         "there is no such instance");
+    *out = &d->instances[id.index1 - 1];
+    return SNELL_OK;
+}
+
+snell_status snell_scene_set_instance_transform(snell_scene *s, snell_instance_id id,
+                                                const snell_transform *to_world) {
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    instance *at = NULL;
+    transform identity = transform_identity(), inverse;
+    if (to_world == NULL) to_world = &identity;
+    status = find_instance(s, id, &at);
+    if (!status && !transform_inverse(to_world, &inverse))
+        status = error_set(SNELL_ERR_ARGUMENT, "a scale of 0 squashes the shape flat",
+                           "the transform cannot be inverted");
+    if (!status) at->to_world = *to_world;
+    scene_end_edit(s);
+    return status;
+}
+
+snell_status snell_scene_remove_instance(snell_scene *s, snell_instance_id id) {
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    instance *at = NULL;
+    status = find_instance(s, id, &at);
+    if (!status) {
+        at->removed = true;
+        at->generation++;
+    }
+    scene_end_edit(s);
+    return status;
+}
+
+/* Settings exist once: a later call replaces what an earlier one, or the file, said. */
+static snell_status set_setting(snell_scene *s, const type_info *type, const void *desc) {
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    object *old = (object *)(uintptr_t)description_setting(s->description, type->name);
+    void *copy = desc_copy(type, desc);
+    if (copy == NULL) status = error_no_memory();
+    if (!status) status = desc_check(type, copy, NULL);
+    if (!status && old) {
+        desc_free(type, old->desc);
+        old->desc = copy;
+        copy = NULL;
+    } else if (!status) {
+        uint32_t index;
+        status = description_add_desc(s->description, type, desc, (object_source){0}, &index);
+    }
+    desc_free(type, copy);
+    scene_end_edit(s);
+    return status;
+}
+
+snell_status snell_scene_set_background(snell_scene *s, snell_vec3 color, float alpha) {
+    background_desc desc;
+    desc_init(&setting_background, &desc);
+    desc.color = color;
+    desc.alpha = alpha;
+    return set_setting(s, &setting_background, &desc);
+}
+
+snell_status snell_scene_set_background_gradient(snell_scene *s, snell_vec3 bottom,
+                                                 snell_vec3 top) {
+    background_desc desc;
+    desc_init(&setting_background, &desc);
+    desc.color = bottom;
+    desc.top = top;
+    return set_setting(s, &setting_background, &desc);
+}
+
+snell_status snell_scene_set_ambient(snell_scene *s, snell_vec3 color) {
+    ambient_desc desc;
+    desc_init(&setting_ambient, &desc);
+    desc.color = color;
+    return set_setting(s, &setting_ambient, &desc);
+}
+
+/* ---- commit ---- */
+
+typedef struct commit_progress {
+    snell_progress_fn *progress;
+    void *user;
+} commit_progress;
+
+static bool report_build(void *user, double fraction) {
+    const commit_progress *p = user;
+    snell_progress progress = {
+        .struct_size = sizeof progress, .phase = "build", .fraction = fraction, .seconds_left = -1};
+    return p->progress(p->user, &progress);
+}
+
+snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    unsigned saved = floatenv_enter();
+    commit_progress forward = {progress, user};
+    scene_options options = {
+        .accel = {.progress = progress ? report_build : NULL, .user = &forward}};
+    scene *frozen;
+    status = scene_freeze(s->description, &options, s->context->pool, &frozen);
+    if (!status) {
+        scene_destroy(s->frozen);
+        s->frozen = frozen;
+    }
+    floatenv_leave(saved);
+    scene_end_edit(s);
+    return status;
+}
+
+snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
+    if (s == NULL || out == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_scene *shared = (snell_scene *)(uintptr_t)s;
+    pthread_mutex_lock(&shared->lock);
+    bool uncommitted = !s->editing && s->frozen == NULL;
+    if (uncommitted) *out = description_bounds(s->description);
+    pthread_mutex_unlock(&shared->lock);
+    if (uncommitted) return SNELL_OK;
+    snell_status status = scene_begin_read(s);
+    if (status) return status;
+    *out = s->frozen->bounds;
+    scene_end_read(s);
+    return SNELL_OK;
+}
+
+/* ---- what is in a scene ---- */
+
+static void count_instances(const description *d, snell_scene_stats *out) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    for (size_t i = 0; i < d->instance_count; i++) {
+        if (d->instances[i].removed) continue;
+        const object *shape = &shapes->items[d->instances[i].shape];
+        bool is_mesh = ((const primitive_type *)shape->type)->intersect == NULL;
+        uint64_t triangles = is_mesh ? mesh_triangle_count(shape->desc) : 0;
+        out->instance_count++;
+        out->triangle_count += triangles;
+        out->primitive_count += is_mesh ? triangles : 1;
+    }
+    for (size_t i = 0; i < shapes->count; i++)
+        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL) {
+            const mesh_desc *mesh = shapes->items[i].desc;
+            out->unique_triangle_count += mesh_triangle_count(mesh);
+            out->memory_geometry +=
+                (mesh->positions_count + mesh->normals_count + mesh->colors_count) * sizeof(vec3) +
+                mesh->uvs_count * sizeof(vec2) + mesh->alphas_count +
+                (mesh->indices_count + mesh->material_slots_count) * sizeof(uint32_t);
+        }
+}
+
+static uint64_t array_bytes(const object *o) {
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        const field *f = &o->type->fields[i];
+        size_t size = field_element_size(f->kind), count;
+        if (size == 0) continue;
+        memcpy(&count, (const char *)o->desc + f->offset + sizeof(void *), sizeof count);
+        sum += size * count;
+    }
+    return sum;
+}
+
+bool description_has_emission(const description *d);
+bool description_has_emission(const description *d) {
+    const object_list *materials = &d->objects[CATEGORY_MATERIAL];
+    for (size_t i = 0; i < materials->count; i++)
+        if (vec3_largest(((const material_common *)materials->items[i].desc)->emission.value) > 0)
+            return true;
+    return false;
+}
+
+snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out) {
+    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (out->struct_size != sizeof *out)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    const description *d = s->description;
+    *out = (snell_scene_stats){.struct_size = sizeof *out,
+                               .format = d->format,
+                               .shape_count = (uint32_t)d->objects[CATEGORY_SHAPE].count,
+                               .material_count = (uint32_t)d->objects[CATEGORY_MATERIAL].count,
+                               .texture_count = (uint32_t)d->objects[CATEGORY_TEXTURE].count,
+                               .light_count = (uint32_t)d->objects[CATEGORY_LIGHT].count,
+                               .camera_count = (uint32_t)d->objects[CATEGORY_CAMERA].count,
+                               .param_count = (uint32_t)d->param_count,
+                               .has_emission = description_has_emission(d),
+                               .has_background = description_setting(d, "background") != NULL,
+                               .has_ambient = description_setting(d, "ambient") != NULL};
+    count_instances(d, out);
+    for (size_t i = 0; i < d->objects[CATEGORY_TEXTURE].count; i++)
+        out->memory_textures += array_bytes(&d->objects[CATEGORY_TEXTURE].items[i]);
+    for (size_t i = 0; i < d->objects[CATEGORY_MATERIAL].count; i++)
+        out->has_dielectric |=
+            ((const material_type *)d->objects[CATEGORY_MATERIAL].items[i].type)->inside != NULL;
+    if (s->frozen) {
+        accel_memory memory = accel_get_memory(s->frozen->accel);
+        out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
+    }
+    return SNELL_OK;
+}
+
+static snell_status get_object(const snell_scene *s, category what, uint32_t index,
+                               snell_object_info *out) {
+    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    const object_list *list = &s->description->objects[what];
+    if (index >= list->count)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu %ss, counted from 0", list->count,
+                         category_name(what));
+    const object *o = &list->items[index];
+    *out = (snell_object_info){o->type->name, o->name, o->line};
+    return SNELL_OK;
+}
+
+snell_status snell_scene_get_camera(const snell_scene *s, uint32_t index, snell_object_info *out,
+                                    snell_camera_id *id) {
+    snell_status status = get_object(s, CATEGORY_CAMERA, index, out);
+    if (!status && id) *id = (snell_camera_id){index + 1, 0};
+    return status;
+}
+
+snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, snell_view *out) {
+    snell_object_info info;
+    uint32_t index = camera.index1 ? camera.index1 - 1 : 0;
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = snell_scene_get_camera(s, index, &info, NULL);
+    if (status) return status;
+    const object *o = &s->description->objects[CATEGORY_CAMERA].items[index];
+    if (o->type != &camera_perspective.info)
+        return error_set(SNELL_ERR_UNSUPPORTED, NULL, "a camera of type %s has no view",
+                         o->type->name);
+    const perspective_desc *c = o->desc;
+    *out = SNELL_INIT(view);
+    out->from = c->from, out->at = c->at, out->up = c->up, out->fov = c->fov;
+    return SNELL_OK;
+}
+
+snell_status snell_scene_get_light(const snell_scene *s, uint32_t index, snell_object_info *out) {
+    return get_object(s, CATEGORY_LIGHT, index, out);
+}
+
+snell_status snell_scene_get_material(const snell_scene *s, uint32_t index,
+                                      snell_object_info *out) {
+    return get_object(s, CATEGORY_MATERIAL, index, out);
+}
+
+snell_status snell_scene_get_param(const snell_scene *s, uint32_t index, snell_scene_param *out) {
+    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (index >= s->description->param_count)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu parameters, counted from 0",
+                         s->description->param_count);
+    const scene_param *p = &s->description->params[index];
+    *out = (snell_scene_param){p->name, p->kind, p->value, p->default_value, p->help};
+    return SNELL_OK;
+}

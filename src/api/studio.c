@@ -1,0 +1,155 @@
+/* What a file that brings none gets: a camera, a rig of lights, a sky to reflect, a floor. */
+#include <stdio.h>
+
+#include "api/api.h"
+#include "maths/functions.h"
+#include "scene/settings.h"
+
+bounds3 description_bounds(const description *d) {
+    bounds3 all = bounds3_empty();
+    for (size_t i = 0; i < d->instance_count; i++) {
+        const instance *at = &d->instances[i];
+        if (at->removed) continue;
+        const object *shape = &d->objects[CATEGORY_SHAPE].items[at->shape];
+        const primitive_type *type = (const primitive_type *)shape->type;
+        if (!type->unbounded)
+            all = bounds3_union(all, transform_bounds(&at->to_world, type->bounds(shape->desc)));
+    }
+    return all;
+}
+
+snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
+                              float elevation, float aspect) {
+    if (view == NULL || bounds == NULL || !(aspect > 0) || !isfinite(azimuth) ||
+        !isfinite(elevation))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_view_frame: an argument is out of range");
+    dvec3 low = dvec3_from(bounds->min), high = dvec3_from(bounds->max);
+    if (bounds3_is_empty(*bounds)) low = (dvec3){-1, -1, -1}, high = (dvec3){1, 1, 1};
+    dvec3 center = dvec3_scale(dvec3_add(low, high), 0.5);
+    double radius = dvec3_length(dvec3_sub(high, low)) / 2;
+    if (!(radius > 0)) radius = 1;
+    /* The sphere touches the edges of the narrower side of the field of view. */
+    double half = fn_tan((double)view->fov / 2);
+    if (aspect < 1) half *= (double)aspect;
+    double distance = radius / fn_sin(fn_atan(half));
+    double flat = fn_cos((double)elevation);
+    dvec3 to_eye = {flat * fn_sin((double)azimuth), fn_sin((double)elevation),
+                    flat * fn_cos((double)azimuth)};
+    view->from = vec3_from(dvec3_add(center, dvec3_scale(to_eye, distance)));
+    view->at = vec3_from(center);
+    /* Straight up or down: the picture's top is away from, or towards, the front. */
+    if (fabs(flat) < 1e-3) view->up = (vec3){0, 0, elevation > 0 ? -1 : 1};
+    return SNELL_OK;
+}
+
+/* Whom the rig lights for: the first camera, a new one, or who looks from the direction. */
+static snell_status studio_camera(snell_scene *s, const float direction[2], bool *added,
+                                  snell_view *view) {
+    description *d = s->description;
+    *view = SNELL_INIT(view);
+    bool has_camera = d->objects[CATEGORY_CAMERA].count > 0;
+    if (has_camera && direction == NULL) {
+        const object *camera = &d->objects[CATEGORY_CAMERA].items[0];
+        if (camera->type == &camera_perspective.info) {
+            const perspective_desc *c = camera->desc;
+            view->from = c->from, view->at = c->at, view->up = c->up, view->fov = c->fov;
+        }
+        return SNELL_OK;
+    }
+    const object *render = description_setting(d, "render");
+    float aspect = (float)DEFAULT_WIDTH / DEFAULT_HEIGHT;
+    if (render) {
+        const render_desc *r = render->desc;
+        if (r->width > 0 && r->height > 0) aspect = (float)r->width / (float)r->height;
+    }
+    /* From (1, .6, 1.4). */
+    float azimuth = 0.6202495f, elevation = 0.3355545f;
+    if (direction) azimuth = direction[0], elevation = direction[1];
+    bounds3 bounds = description_bounds(d);
+    snell_status status = snell_view_frame(view, &bounds, azimuth, elevation, aspect);
+    if (status || has_camera) return status;
+    perspective_desc desc = {sizeof desc, view->from, view->at, view->up, view->fov};
+    uint32_t index1;
+    *added = true;
+    return scene_add_typed(s, CATEGORY_CAMERA, "perspective", &desc, &index1);
+}
+
+static snell_status add_directional(snell_scene *s, dvec3 towards_light, float irradiance) {
+    vec3 direction = vec3_from(dvec3_negate(dvec3_normalize(towards_light)));
+    const snell_param params[] = {
+        {.name = "direction", .kind = SNELL_PARAM_VEC3, .value.v = direction},
+        {.name = "irradiance", .kind = SNELL_PARAM_FLOAT, .value.f = (double)irradiance}};
+    return snell_scene_add_light(s, "directional", params, 2, NULL);
+}
+
+/* A key over the camera's left shoulder, a weak back light, and a fill at the camera that casts no
+ * shadow. On a white surface that faces the key they add up to a radiance of about 1. */
+static snell_status studio_lights(snell_scene *s, const snell_view *view) {
+    dvec3 back = dvec3_normalize(dvec3_sub(dvec3_from(view->from), dvec3_from(view->at)));
+    dvec3 right = dvec3_normalize(dvec3_cross(dvec3_from(view->up), back)),
+          up = dvec3_cross(back, right);
+    dvec3 key = dvec3_add(dvec3_add(dvec3_scale(back, 0.9), dvec3_scale(up, 0.9)),
+                          dvec3_scale(right, -0.7));
+    dvec3 rim = dvec3_add(dvec3_add(dvec3_scale(back, -0.6), dvec3_scale(up, 0.8)),
+                          dvec3_scale(right, 0.9));
+    snell_status status = add_directional(s, key, 2.2f);
+    if (!status) status = add_directional(s, rim, 0.7f);
+    dvec3 offset = dvec3_sub(dvec3_from(view->from), dvec3_from(view->at));
+    double intensity = 0.7 * dvec3_dot(offset, offset);
+    const snell_param fill = {.name = "intensity", .kind = SNELL_PARAM_FLOAT, .value.f = intensity};
+    if (!status) status = snell_scene_add_light(s, "headlight", &fill, 1, NULL);
+    return status;
+}
+
+bool description_has_emission(const description *d);
+
+snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const char **added) {
+    static const char *const texts[] = {"",
+                                        "camera",
+                                        "lights",
+                                        "camera, lights",
+                                        "background",
+                                        "camera, background",
+                                        "lights, background",
+                                        "camera, lights, background"};
+    if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    const description *d = s->description;
+    bool has_background = description_setting(d, "background") != NULL;
+    bool has_light = d->objects[CATEGORY_LIGHT].count > 0 || description_has_emission(d) ||
+                     description_setting(d, "ambient");
+    /* A scene program that says anything about light means it; a model's parts are filled in one by
+     * one. */
+    bool wants_light = !has_light && (d->is_model || !has_background);
+    bool wants_background = !has_background && (d->is_model || wants_light);
+    bool camera_added = false;
+    snell_view eye;
+    snell_status status = studio_camera(s, view, &camera_added, &eye);
+    if (!status && wants_light) status = studio_lights(s, &eye);
+    if (!status && wants_background)
+        status = snell_scene_set_background_gradient(s, (vec3){0.16f, 0.16f, 0.17f},
+                                                     (vec3){0.8f, 0.82f, 0.85f});
+    if (!status && added) *added = texts[camera_added + 2 * wants_light + 4 * wants_background];
+    return status;
+}
+
+snell_status snell_scene_add_ground(snell_scene *s, snell_vec3 color, snell_instance_id *out) {
+    if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    bounds3 b = description_bounds(s->description);
+    if (bounds3_is_empty(b)) b = (bounds3){{-1, 0, -1}, {1, 1, 1}};
+    dvec3 size = dvec3_sub(dvec3_from(b.max), dvec3_from(b.min));
+    double reach = 30 * dvec3_length(size);
+    if (!(reach > 0)) reach = 30;
+    vec3 corner = {(float)((double)b.min.x + size.x / 2 - reach), b.min.y,
+                   (float)((double)b.min.z + size.z / 2 - reach)};
+    float side = (float)(2 * reach);
+    const snell_param floor_params[] = {
+        {.name = "corner", .kind = SNELL_PARAM_VEC3, .value.v = corner},
+        {.name = "u", .kind = SNELL_PARAM_VEC3, .value.v = {0, 0, side}},
+        {.name = "v", .kind = SNELL_PARAM_VEC3, .value.v = {side, 0, 0}}};
+    const snell_param paint = {.name = "color", .kind = SNELL_PARAM_VEC3, .value.v = color};
+    snell_shape_id shape;
+    snell_material_id matte;
+    snell_status status = snell_scene_add_shape(s, "quad", floor_params, 3, &shape);
+    if (!status) status = snell_scene_add_material(s, "lambert", &paint, 1, &matte);
+    return status ? status : snell_scene_add_instance(s, shape, matte, NULL, out);
+}

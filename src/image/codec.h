@@ -1,0 +1,71 @@
+/* Picture files: encoding in memory, and what the start of a file says about it. One file per
+ * format (png.c, exr.c, pfm.c, ppm.c), listed in codec.c. */
+#ifndef SNELL_IMAGE_CODEC_H
+#define SNELL_IMAGE_CODEC_H
+
+#include "base/error.h"
+#include "image/tonemap.h"
+
+/* Linear radiance, interleaved, rows top first. */
+typedef struct image_pixels {
+    const float *data;
+    uint32_t width, height;
+    uint32_t channels; /* 3: RGB; 4: RGBA, premultiplied */
+} image_pixels;
+
+typedef struct image_options {
+    const tonemap *map; /* of 8-bit formats; NULL: the first, clip */
+    double exposure;    /* stops, of 8-bit formats */
+    const char *tag;    /* how the picture was made, UTF-8; NULL or "": none */
+} image_options;
+
+/* What a file says about itself. */
+typedef struct image_info {
+    char format[8]; /* "png" */
+    uint32_t width, height, channels, bits;
+    char *tag; /* owned; "" when there is none */
+} image_info;
+
+/* Encoders append to this. */
+typedef struct image_buffer {
+    uint8_t *data;
+    size_t size, capacity;
+} image_buffer;
+bool image_buffer_add(image_buffer *b, const void *data, size_t size); /* false: no memory */
+
+typedef struct image_codec {
+    const char *name, *extension, *help;
+    bool has_tag; /* can carry a tag; without, the tag is left out */
+    snell_status (*encode)(const image_pixels *pixels, const image_options *options,
+                           image_buffer *out);
+    /* Is it of this format? Then *status says whether its head makes sense, and *out is filled. The
+     * bytes may come from anybody. out->tag: allocated or NULL. */
+    bool (*read_info)(const uint8_t *data, size_t size, image_info *out, snell_status *status);
+} image_codec;
+
+extern const image_codec *const image_codecs[]; /* NULL at the end */
+/* By name ("png"). Unknown: SNELL_ERR_UNSUPPORTED with a list. */
+snell_status image_codec_find(const char *name, const image_codec **out);
+/* By the extension of a path, upper or lower case. */
+snell_status image_codec_for_path(const char *path, const image_codec **out);
+
+/* The longest tag, in bytes: what read_info needs lies within the first IMAGE_HEAD_MAX bytes. */
+enum { IMAGE_TAG_MAX = 1 << 20, IMAGE_HEAD_MAX = (1 << 20) + (1 << 18) };
+
+/* *data is freed with free. The same pixels and options give the same bytes. */
+snell_status image_encode(const image_codec *codec, const image_pixels *pixels,
+                          const image_options *options, void **data, size_t *size);
+
+/* By content. Not a picture: SNELL_ERR_UNSUPPORTED; a broken head: SNELL_ERR_SYNTAX. */
+snell_status image_parse_info(const uint8_t *data, size_t size, image_info *out);
+snell_status image_read_info(const char *path, image_info *out);
+void image_info_free(image_info *info);
+
+/* For the codecs: one 8-bit row, straight alpha; `to` holds width * channels_out bytes. With
+ * channels_out 3 a transparent picture is laid over black. */
+void image_row_8bit(const image_pixels *pixels, const image_options *options, uint32_t row,
+                    uint32_t channels_out, uint8_t *to);
+/* Stores a copy of a tag read from a file; false without memory. */
+bool image_info_set_tag(image_info *info, const uint8_t *text, size_t size);
+
+#endif

@@ -1,0 +1,44 @@
+/* The film adds in fixed point, so the order of adding is free: 128-bit integers with a least bit
+ * of 2^-80.
+ *
+ * A block of 16x16 pixels is summed by one worker (film_block), and leaves means in floats behind
+ * in the film. */
+#ifndef SNELL_IMAGE_FILM_H
+#define SNELL_IMAGE_FILM_H
+
+#include "base/error.h"
+#include "maths/vec.h"
+
+__extension__ typedef __int128 fixed128;
+
+enum { FILM_BLOCK = 16 /* pixels on a side, aligned to the whole picture's corner */ };
+
+typedef struct film_block {
+    fixed128 sums[FILM_BLOCK * FILM_BLOCK][4]; /* red, green, blue, alpha */
+    uint64_t overflows; /* contributions that were not finite or over 2^46; they are left out */
+} film_block;
+
+/* value in units of 2^-80, or 0 with *overflows counted. */
+fixed128 fixed_from(double value, uint64_t *overflows);
+double fixed_to(fixed128 value);
+
+void film_block_clear(film_block *b);
+void film_block_add(film_block *b, uint32_t pixel, dvec3 radiance);
+void film_block_add_alpha(film_block *b, uint32_t pixel, double alpha);
+
+typedef struct film {
+    uint32_t width, height, channels; /* channels 3 or 4 (alpha, premultiplied) */
+    float *pixels;                    /* rows, top first */
+} film;
+
+snell_status film_resize(film *f, uint32_t width, uint32_t height,
+                         uint32_t channels); /* and clears it */
+void film_free(film *f);
+/* The mean over `samples` of one pixel of a block goes to x, y of the film. */
+void film_set(film *f, uint32_t x, uint32_t y, const film_block *b, uint32_t pixel,
+              uint32_t samples);
+/* The image hash: FNV-1a, 64 bits, of width, height, channels and the bytes of all floats (little
+ * endian). */
+uint64_t film_hash(const film *f);
+
+#endif

@@ -1,0 +1,237 @@
+/* What a scene draws: shapes, and groups of them. A node is drawn unless a later call takes it; at
+ * the end the nodes that are left are flattened to instances. */
+#include "importers/lua_scene.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "geometry/mesh.h"
+#include "geometry/primitive.h"
+
+enum { DEPTH_MAX = 8, LEAVES_MAX = 4 << 20, NAME_SIZE = 256 };
+
+static void append(lua_State *L, const node *like) {
+    lua_scene *s = scene_of(L);
+    node made = *like;
+    if (like->name && !(made.name = memory_copy_string(like->name)))
+        scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
+    if (s->node_count >= UINT32_MAX - 1 ||
+        !ARRAY_GROW(s->nodes, s->node_count, s->node_capacity, 1)) {
+        free(made.name);
+        scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
+    }
+    s->nodes[s->node_count++] = made;
+    handle_push(L, HANDLE_SHAPE, (uint32_t)(s->node_count - 1));
+}
+
+void nodes_add_shape(lua_State *L, const node *like) {
+    node made = *like;
+    made.leaf_count = 1;
+    append(L, &made);
+}
+
+void nodes_add_group(lua_State *L, const node *like, const char *label, const uint32_t *indices,
+                     size_t count) {
+    lua_scene *s = scene_of(L);
+    node made = *like;
+    made.shape = NO_SHAPE;
+    made.first_child = s->child_count;
+    made.child_count = count;
+    if (!ARRAY_GROW(s->children, s->child_count, s->child_capacity, count))
+        scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
+    for (size_t i = 0; i < count; i++) {
+        node *child = &s->nodes[indices[i]];
+        child->taken = true;
+        made.leaf_count += child->leaf_count;
+        if (child->depth >= made.depth) made.depth = child->depth + 1;
+        s->children[s->child_count++] = indices[i];
+    }
+    if (made.depth > DEPTH_MAX)
+        scene_fail(L, SNELL_ERR_SYNTAX, "put parts into one group instead of groups in groups",
+                   "%s: nested more than %d deep", label, DEPTH_MAX);
+    if (made.leaf_count > LEAVES_MAX)
+        scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: more than %d shapes", label, LEAVES_MAX);
+    append(L, &made);
+}
+
+/* ---- walking ---- */
+
+/* What a leaf inherits on the way down to it. */
+typedef struct inherited {
+    placement placed;
+    uint32_t forced, usual; /* materials: of an instance, over all; of a group, for what has none */
+    char name[NAME_SIZE];   /* of the groups, joined by '/' */
+} inherited;
+
+typedef void leaf_fn(lua_State *L, void *user, const node *leaf, const inherited *from);
+
+static void join_name(char *names, const char *name) {
+    if (name == NULL) return;
+    size_t used = strlen(names);
+    snprintf(names + used, NAME_SIZE - used, "%s%s", used ? "/" : "", name);
+}
+
+/* The recursion ends: depth is checked where groups are made. */
+static void walk(lua_State *L, uint32_t index, const inherited *above, leaf_fn *leaf, void *user) {
+    lua_scene *s = scene_of(L);
+    const node *n = &s->nodes[index];
+    inherited here = *above;
+    here.placed = placement_multiply(&above->placed, &n->placed);
+    join_name(here.name, n->name);
+    if (n->material != NO_MATERIAL) {
+        if (n->overrides && here.forced == NO_MATERIAL) here.forced = n->material;
+        if (!n->overrides) here.usual = n->material;
+    }
+    if (n->shape != NO_SHAPE) {
+        leaf(L, user, n, &here);
+        return;
+    }
+    for (size_t i = 0; i < n->child_count; i++)
+        walk(L, s->children[n->first_child + i], &here, leaf, user);
+}
+
+static inherited nothing_above(void) {
+    return (inherited){.placed = placement_identity(), .forced = NO_MATERIAL, .usual = NO_MATERIAL};
+}
+
+static void add_bounds(lua_State *L, void *user, const node *leaf, const inherited *from) {
+    const object *o = &scene_of(L)->d->objects[CATEGORY_SHAPE].items[leaf->shape];
+    const primitive_type *type = primitive_find(o->type->name);
+    bounds3 *sum = user;
+    if (type == NULL || type->unbounded || type->bounds == NULL) return;
+    transform placed = placement_round(&from->placed);
+    *sum = bounds3_union(*sum, transform_bounds(&placed, type->bounds(o->desc)));
+    if (strcmp(o->type->name, "mesh") == 0) /* its bounds are computed anew each time */
+        sandbox_charge(L, ((const mesh_desc *)o->desc)->indices_count / 4);
+}
+
+bounds3 nodes_bounds(lua_State *L, uint32_t index) {
+    bounds3 sum = bounds3_empty();
+    inherited above = nothing_above();
+    sandbox_charge(L, 16 * scene_of(L)->nodes[index].leaf_count);
+    walk(L, index, &above, add_bounds, &sum);
+    if (bounds3_is_empty(sum))
+        scene_fail(L, SNELL_ERR_SYNTAX, "a plane goes on for ever; a quad has bounds",
+                   "bounds of something that has none");
+    return sum;
+}
+
+static void add_instance(lua_State *L, void *user, const node *leaf, const inherited *from) {
+    (void)user;
+    lua_scene *s = scene_of(L);
+    uint32_t material = from->forced != NO_MATERIAL ? from->forced : from->usual;
+    transform placed = placement_round(&from->placed);
+    object_source source = {from->name, s->path, leaf->line};
+    if (description_add_instance(s->d, leaf->shape, material, &placed, source, NULL)) {
+        error_place((source_place){s->path, leaf->line, 0});
+        scene_fail_last(L, NULL, NULL);
+    }
+}
+
+void nodes_draw(lua_State *L) {
+    lua_scene *s = scene_of(L);
+    uint64_t total = 0;
+    for (size_t i = 0; i < s->node_count; i++)
+        if (!s->nodes[i].taken) total += s->nodes[i].leaf_count;
+    if (total > LEAVES_MAX)
+        scene_fail(L, SNELL_ERR_SYNTAX, NULL, "the scene has more than %d shapes", LEAVES_MAX);
+    inherited above = nothing_above();
+    for (size_t i = 0; i < s->node_count; i++)
+        if (!s->nodes[i].taken) walk(L, (uint32_t)i, &above, add_instance, NULL);
+}
+
+void nodes_free(lua_scene *s) {
+    for (size_t i = 0; i < s->node_count; i++) free(s->nodes[i].name);
+    free(s->nodes);
+    free(s->children);
+    free(s->framings);
+}
+
+/* ---- group, instance ---- */
+
+static const char *const common_names[] = {"material", "transform", "name"};
+
+/* Reads the shapes at 1..count of the table at index 1 into a userdata on the stack. */
+static uint32_t *read_parts(lua_State *L, const char *label, size_t count) {
+    uint32_t *parts = lua_newuserdatauv(L, (count + 1) * sizeof *parts, 0);
+    for (size_t i = 0; i < count; i++) {
+        lua_rawgeti(L, 1, (lua_Integer)i + 1);
+        if (!handle_get(L, -1, HANDLE_SHAPE, &parts[i])) {
+            const char *kind = sandbox_tostring(L, -1);
+            scene_fail(L, SNELL_ERR_SYNTAX, "such as group { sphere { radius = 1 } }",
+                       "%s: value %d must be a shape, not %s", label, (int)i + 1, kind);
+        }
+        lua_pop(L, 1);
+    }
+    return parts;
+}
+
+static int make_group(lua_State *L) {
+    const char *name;
+    values_need_table(L, "group");
+    size_t count = (size_t)lua_rawlen(L, 1);
+    sandbox_charge(L, 4 * (uint64_t)count);
+    values_check_keys(L, "group", common_names, 3, (lua_Integer)count);
+    node made = objects_read_common(L, "group", &name);
+    uint32_t *parts = read_parts(L, "group", count);
+    nodes_add_group(L, &made, "group", parts, count);
+    return 1;
+}
+
+/* Its material, where given, replaces those of the parts: the same chair in red and in blue. */
+static int make_instance(lua_State *L) {
+    const char *name;
+    values_need_table(L, "instance");
+    values_check_keys(L, "instance", common_names, 3, 1);
+    node made = objects_read_common(L, "instance", &name);
+    uint32_t *part = read_parts(L, "instance", 1);
+    made.overrides = true;
+    nodes_add_group(L, &made, "instance", part, 1);
+    return 1;
+}
+
+static int shape_index(lua_State *L) {
+    uint32_t index;
+    if (!handle_get(L, 1, HANDLE_SHAPE, &index)) return luaL_error(L, "not a shape");
+    const char *member = lua_tostring(L, 2);
+    if (member == NULL || strcmp(member, "bounds") != 0) {
+        const char *names[] = {"bounds"};
+        scene_fail_unknown(L, "shape", "a shape has no member", member ? member : "?", names, 1);
+    }
+    bounds3 b = nodes_bounds(L, index);
+    double low[3] = {(double)b.min.x, (double)b.min.y, (double)b.min.z};
+    double high[3] = {(double)b.max.x, (double)b.max.y, (double)b.max.z};
+    static const char *const members[] = {"min", "max", "center", "size"};
+    lua_createtable(L, 0, 4);
+    for (int m = 0; m < 4; m++) {
+        lua_createtable(L, 3, 0);
+        for (int i = 0; i < 3; i++) {
+            double values[] = {low[i], high[i], (low[i] + high[i]) / 2, high[i] - low[i]};
+            lua_pushnumber(L, values[m]);
+            lua_rawseti(L, -2, i + 1);
+        }
+        lua_setfield(L, -2, members[m]);
+    }
+    sandbox_guard(L, "bounds");
+    return 1;
+}
+
+void nodes_open(lua_State *L) {
+    lua_pushcfunction(L, make_group);
+    lua_setglobal(L, "group");
+    lua_pushcfunction(L, make_instance);
+    lua_setglobal(L, "instance");
+    static const char *const kinds[] = {HANDLE_SHAPE, HANDLE_MATERIAL, HANDLE_TEXTURE};
+    for (int i = 0; i < 3; i++) {
+        luaL_newmetatable(L, kinds[i]);
+        lua_pushboolean(L, false);
+        lua_setfield(L, -2, "__metatable");
+        if (i == 0) {
+            lua_pushcfunction(L, shape_index);
+            lua_setfield(L, -2, "__index");
+        }
+        lua_pop(L, 1);
+    }
+}

@@ -1,0 +1,189 @@
+/* transform.translate, rotate, scale, look_at; a * b applies b first. */
+#include "importers/lua_scene.h"
+
+#include <string.h>
+
+#include "maths/functions.h"
+
+placement placement_identity(void) {
+    return (placement){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+}
+
+placement placement_multiply(const placement *a, const placement *b) {
+    placement out;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) {
+            double sum = j == 3 ? a->m[i][3] : 0;
+            for (int k = 0; k < 3; k++) sum += a->m[i][k] * b->m[k][j];
+            out.m[i][j] = sum;
+        }
+    return out;
+}
+
+transform placement_round(const placement *p) {
+    transform t;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) t.m[i][j] = (float)p->m[i][j];
+    return t;
+}
+
+placement placement_from(const transform *t) {
+    placement p;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) p.m[i][j] = (double)t->m[i][j];
+    return p;
+}
+
+static int push(lua_State *L, placement p, const char *label) {
+    transform rounded = placement_round(&p), inverse;
+    if (!transform_inverse(&rounded, &inverse))
+        scene_fail(L, SNELL_ERR_SYNTAX, "scales must not be 0, nor distances beyond all measure",
+                   "%s: flattens what it moves, or is not finite", label);
+    placement *made = lua_newuserdatauv(L, sizeof *made, 0);
+    *made = p;
+    luaL_setmetatable(L, HANDLE_TRANSFORM);
+    return 1;
+}
+
+placement values_get_placement(lua_State *L, const char *label) {
+    lua_pushliteral(L, "transform");
+    int kind = lua_rawget(L, 1);
+    placement p = placement_identity();
+    if (kind != LUA_TNIL) {
+        const placement *given = luaL_testudata(L, -1, HANDLE_TRANSFORM);
+        if (given == NULL)
+            scene_fail(L, SNELL_ERR_SYNTAX, "such as transform.translate{0, 1, 0}",
+                       "%s: 'transform' must be a transform, not a %s", label,
+                       luaL_typename(L, -1));
+        p = *given;
+    }
+    lua_pop(L, 1);
+    return p;
+}
+
+static int multiply(lua_State *L) {
+    const placement *a = luaL_testudata(L, 1, HANDLE_TRANSFORM);
+    const placement *b = luaL_testudata(L, 2, HANDLE_TRANSFORM);
+    if (a == NULL || b == NULL)
+        scene_fail(L, SNELL_ERR_SYNTAX, "a * b applies b first",
+                   "a transform can only be multiplied with a transform");
+    return push(L, placement_multiply(a, b), "transform product");
+}
+
+static int translate(lua_State *L) {
+    double v[3];
+    values_need_table(L, "transform.translate");
+    values_read_vec3(L, 1, "transform.translate", "offset", v);
+    return push(L, (placement){{{1, 0, 0, v[0]}, {0, 1, 0, v[1]}, {0, 0, 1, v[2]}}},
+                "transform.translate");
+}
+
+static int scale(lua_State *L) {
+    double v[3];
+    if (lua_type(L, 1) == LUA_TNUMBER)
+        v[0] = v[1] = v[2] = values_read_number(L, 1, "transform.scale", "factor");
+    else
+        values_read_vec3(L, 1, "transform.scale", "factor", v);
+    return push(L, (placement){{{v[0], 0, 0, 0}, {0, v[1], 0, 0}, {0, 0, v[2], 0}}},
+                "transform.scale");
+}
+
+/* Quarter turns are exact. */
+static void turn(double degrees, double *sine, double *cosine) {
+    double rest = degrees - 360 * floor(degrees / 360);
+    double quarter = floor(rest / 90);
+    if (rest == quarter * 90) {
+        static const double sines[] = {0, 1, 0, -1};
+        *sine = sines[(int)quarter % 4];
+        *cosine = sines[((int)quarter + 1) % 4];
+        return;
+    }
+    *sine = fn_sin(rest * (PI / 180));
+    *cosine = fn_cos(rest * (PI / 180));
+}
+
+static bool get(lua_State *L, const char *name) {
+    lua_pushstring(L, name);
+    if (lua_rawget(L, 1) != LUA_TNIL) return true;
+    lua_pop(L, 1);
+    return false;
+}
+
+static void get_vec3(lua_State *L, const char *label, const char *name, double v[3]) {
+    if (!get(L, name)) scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: '%s' is missing", label, name);
+    values_read_vec3(L, -1, label, name, v);
+    lua_pop(L, 1);
+}
+
+/* Rodrigues' rotation formula as a matrix. */
+static int rotate(lua_State *L) {
+    static const char *const names[] = {"axis", "angle", "about"};
+    const char *label = "transform.rotate";
+    values_need_table(L, label);
+    values_check_keys(L, label, names, 3, 0);
+    double v[3], about[3] = {0, 0, 0}, s, c;
+    get_vec3(L, label, "axis", v);
+    if (!get(L, "angle"))
+        scene_fail(L, SNELL_ERR_SYNTAX, "degrees", "%s: 'angle' is missing", label);
+    turn(values_read_number(L, -1, label, "angle"), &s, &c);
+    lua_pop(L, 1);
+    if (get(L, "about")) {
+        values_read_vec3(L, -1, label, "about", about);
+        lua_pop(L, 1);
+    }
+    dvec3 n = dvec3_normalize((dvec3){v[0], v[1], v[2]});
+    if (!(dvec3_length(n) > 0))
+        scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: 'axis' has no length", label);
+    double k = 1 - c;
+    placement p = {{{c + k * n.x * n.x, k * n.x * n.y - s * n.z, k * n.x * n.z + s * n.y, 0},
+                    {k * n.y * n.x + s * n.z, c + k * n.y * n.y, k * n.y * n.z - s * n.x, 0},
+                    {k * n.z * n.x - s * n.y, k * n.z * n.y + s * n.x, c + k * n.z * n.z, 0}}};
+    for (int i = 0; i < 3; i++)
+        p.m[i][3] = about[i] - (p.m[i][0] * about[0] + p.m[i][1] * about[1] + p.m[i][2] * about[2]);
+    return push(L, p, label);
+}
+
+/* Puts the origin at `from` and turns -Z to `at`, as a camera looks. */
+static int look_at(lua_State *L) {
+    static const char *const names[] = {"from", "at", "up"};
+    const char *label = "transform.look_at";
+    values_need_table(L, label);
+    values_check_keys(L, label, names, 3, 0);
+    double from[3], at[3], up[3] = {0, 1, 0};
+    get_vec3(L, label, "from", from);
+    get_vec3(L, label, "at", at);
+    if (get(L, "up")) {
+        values_read_vec3(L, -1, label, "up", up);
+        lua_pop(L, 1);
+    }
+    dvec3 z = dvec3_normalize(
+        dvec3_sub((dvec3){from[0], from[1], from[2]}, (dvec3){at[0], at[1], at[2]}));
+    dvec3 x = dvec3_cross(dvec3_normalize((dvec3){up[0], up[1], up[2]}), z);
+    if (!(dvec3_length(z) > 0))
+        scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: 'from' and 'at' are the same point", label);
+    if (!(dvec3_length(x) > 1e-6))
+        scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: 'up' is along the view", label);
+    x = dvec3_normalize(x);
+    dvec3 y = dvec3_cross(z, x);
+    return push(
+        L,
+        (placement){{{x.x, y.x, z.x, from[0]}, {x.y, y.y, z.y, from[1]}, {x.z, y.z, z.z, from[2]}}},
+        label);
+}
+
+void transform_open(lua_State *L) {
+    static const luaL_Reg functions[] = {{"translate", translate},
+                                         {"rotate", rotate},
+                                         {"scale", scale},
+                                         {"look_at", look_at},
+                                         {NULL, NULL}};
+    luaL_newlib(L, functions);
+    sandbox_guard(L, "transform");
+    lua_setglobal(L, "transform");
+    luaL_newmetatable(L, HANDLE_TRANSFORM);
+    lua_pushcfunction(L, multiply);
+    lua_setfield(L, -2, "__mul");
+    lua_pushboolean(L, false);
+    lua_setfield(L, -2, "__metatable");
+    lua_pop(L, 1);
+}

@@ -1,0 +1,76 @@
+#include "integrators/media.h"
+
+#include "maths/functions.h"
+
+static const medium vacuum = {.ior = 1};
+
+const medium *media_current(const media *m, const scene *s) {
+    const medium *current = NULL;
+    for (uint32_t i = 0; i < m->count; i++) {
+        const medium *here = &s->instances[m->instances[i]].inside;
+        if (current == NULL || here->priority >= current->priority) current = here;
+    }
+    return current ? current : &vacuum;
+}
+
+bool media_enter(media *m, uint32_t id) {
+    if (m->count == MEDIA_MAX) return false;
+    m->instances[m->count++] = id;
+    return true;
+}
+
+bool media_leave(media *m, uint32_t id) {
+    for (uint32_t i = m->count; i-- > 0;) {
+        if (m->instances[i] != id) continue;
+        for (uint32_t j = i + 1; j < m->count; j++) m->instances[j - 1] = m->instances[j];
+        m->count--;
+        return true;
+    }
+    return false;
+}
+
+static double attenuate(double absorption, double distance) {
+    return absorption > 0 ? fn_exp(-absorption * distance) : 1;
+}
+
+dvec3 media_transmittance(const media *m, const scene *s, double distance) {
+    const medium *current = media_current(m, s);
+    dvec3 a = current->absorption;
+    if (!(dvec3_largest(a) > 0)) return (dvec3){1, 1, 1};
+    return (dvec3){attenuate(a.x, distance), attenuate(a.y, distance), attenuate(a.z, distance)};
+}
+
+/* Walks from p to infinity. A closed surface that is left more often than entered surrounds p. */
+media media_around(const scene *s, snell_isa isa, vec3 p) {
+    media m = {0};
+    if (!s->has_media) return m;
+    for (uint32_t i = 0; i < s->instance_count; i++) {
+        const scene_instance *at = &s->instances[i];
+        if (!at->has_medium || !at->type->unbounded || at->type->side == NULL) continue;
+        if (at->type->side(at->shape, transform_point(&at->to_local, dvec3_from(p))) > 0)
+            media_enter(&m, i);
+    }
+    /* An irregular direction, so that the walk meets no edge of what people build. A surface that
+     * is left without having been entered on the way surrounds p; the innermost is left first. */
+    ray r = ray_make(p, (vec3){0.5477226f, 0.7745967f, 0.3162278f}, 0, INFINITY);
+    media entered = {0}, around = {0};
+    for (int step = 0; step < 10000; step++) {
+        hit h;
+        accel_trace(s->accel, isa, &r, &h, 1, NULL);
+        if (h.instance == NO_ID) break;
+        const scene_instance *at = &s->instances[h.instance];
+        if (at->has_medium && !at->type->unbounded) {
+            shade_point point;
+            scene_shade_point(s, &r, &h, &point);
+            if (point.outside)
+                media_enter(&entered, h.instance);
+            else if (!media_leave(&entered, h.instance))
+                media_enter(&around, h.instance);
+        }
+        r.after_t = h.t;
+        r.after_instance = h.instance;
+        r.after_primitive = h.primitive;
+    }
+    while (around.count > 0) media_enter(&m, around.instances[--around.count]);
+    return m;
+}

@@ -1,0 +1,366 @@
+/* The wave loop: rays wait in a pool; the newest of them are traced together. Contributions are
+ * added in fixed point, so the order in which anything happens is free and never shows in the
+ * picture. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "integrators/integrator.h"
+#include "sampling/sampling.h"
+
+/* A shadow ray: what it adds to the film if light gets through. */
+typedef struct shadow_ray {
+    ray ray;
+    vec3 light; /* weighted */
+    uint32_t pixel;
+    double length; /* of ray.d, metres */
+    media media;
+} shadow_ray;
+
+struct wave {
+    wave_settings settings;
+    path_ray *pool; /* a stack: the newest rays are traced first, which bounds it */
+    size_t pool_count, pool_capacity;
+    path_ray *next; /* what the wave that is being traced emits */
+    size_t next_count, next_capacity;
+    shadow_ray *shadows;
+    size_t shadow_count, shadow_capacity;
+    /* what is being traced */
+    ray *rays;
+    hit *hits;
+    uint8_t *blocked;
+    film_block *film;
+    bool out_of_memory;
+    wave_stats stats;
+};
+
+/* Over twice a wave the pool is worked off in small bites, depth first. */
+enum { SMALL_BITE = 64, FILTER_STEPS_MAX = 1000 };
+
+snell_status wave_create(const wave_settings *settings, wave **out) {
+    wave *w = memory_zeroed(1, sizeof *w);
+    if (w == NULL) return error_no_memory();
+    w->settings = *settings;
+    if (w->settings.wave_size == 0) w->settings.wave_size = 2048;
+    size_t size = w->settings.wave_size;
+    w->rays = memory_resize(NULL, size, sizeof *w->rays);
+    w->hits = memory_resize(NULL, size, sizeof *w->hits);
+    w->blocked = memory_resize(NULL, size, sizeof *w->blocked);
+    if (!w->rays || !w->hits || !w->blocked) {
+        wave_destroy(w);
+        return error_no_memory();
+    }
+    *out = w;
+    return SNELL_OK;
+}
+
+void wave_destroy(wave *w) {
+    if (w == NULL) return;
+    free(w->pool);
+    free(w->shadows);
+    free(w->next);
+    free(w->rays);
+    free(w->hits);
+    free(w->blocked);
+    free(w);
+}
+
+const wave_stats *wave_get_stats(const wave *w) { return &w->stats; }
+const scene *wave_scene(const wave *w) { return w->settings.scene; }
+
+/* ---- emitting ---- */
+
+void emit_radiance(wave *w, const path_ray *r, dvec3 radiance) {
+    if (radiance.x == 0 && radiance.y == 0 && radiance.z == 0) return;
+    film_block_add(w->film, r->pixel, dvec3_mul(dvec3_from(r->weight), radiance));
+}
+
+void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
+    emit_radiance(w, r, dvec3_add(b->emission, dvec3_mul(b->ambient, w->settings.scene->ambient)));
+}
+
+void emit_background(wave *w, const path_ray *r) {
+    const scene *s = w->settings.scene;
+    if (r->primary && w->settings.transparent) return;
+    emit_radiance(w, r, scene_background(s, dvec3_from(r->ray.d)));
+}
+
+static void push_ray(wave *w, const path_ray *child) {
+    if (!ARRAY_GROW(w->next, w->next_count, w->next_capacity, 1)) {
+        w->out_of_memory = true;
+        return;
+    }
+    w->next[w->next_count++] = *child;
+    w->stats.rays[child->kind]++;
+}
+
+/* min_weight only saves time: what it drops is counted. */
+static bool matters(wave *w, vec3 weight) {
+    double largest = (double)vec3_largest(weight);
+    double brightest = double_max(1, w->settings.scene->brightest_background);
+    if (largest * brightest >= (double)w->settings.min_weight && largest > 0) return true;
+    w->stats.dropped_weight += fixed_from(largest, &w->stats.film_overflows);
+    return false;
+}
+
+void emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
+              const media *m, uint32_t slot, ray_kind kind) {
+    if (r->depth >= w->settings.max_depth) return;
+    path_ray child = {.ray = scene_spawn_ray(p, d, INFINITY),
+                      .weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight)),
+                      .pixel = r->pixel,
+                      .code = path_code_child(r->code, slot),
+                      .media = *m,
+                      .depth = (uint16_t)(r->depth + 1),
+                      .kind = (uint8_t)kind};
+    child.ray.time = r->ray.time;
+    if (matters(w, child.weight)) push_ray(w, &child);
+}
+
+void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m) {
+    path_ray child = *r;
+    child.ray.after_t = from->t;
+    child.ray.after_instance = from->instance;
+    child.ray.after_primitive = from->primitive;
+    child.weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
+    child.media = *m;
+    child.kind = RAY_CONTINUED;
+    if (matters(w, child.weight)) push_ray(w, &child);
+}
+
+static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
+                        dvec3 radiance) {
+    vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), radiance));
+    if (!(vec3_largest(carried) > 0)) return;
+    if (!ARRAY_GROW(w->shadows, w->shadow_count, w->shadow_capacity, 1)) {
+        w->out_of_memory = true;
+        return;
+    }
+    /* From the surface to the light: t = 1 is the light itself. */
+    shadow_ray *s = &w->shadows[w->shadow_count++];
+    *s = (shadow_ray){.ray = scene_spawn_ray(p, from->to_light, from->directional ? INFINITY : 1),
+                      .light = carried,
+                      .pixel = r->pixel,
+                      .media = r->media};
+    if (!from->directional) {
+        dvec3 end = dvec3_add(p->p, from->to_light);
+        s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
+    }
+    s->length = dvec3_length(dvec3_from(s->ray.d));
+    s->ray.mask = MASK_OPAQUE;
+    s->ray.time = r->ray.time;
+    w->stats.shadow_rays++;
+}
+
+void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
+    if (!bsdf_is_lit(b)) return;
+    const scene *s = w->settings.scene;
+    dvec3 eye = dvec3_from(w->settings.frame.position);
+    for (uint32_t i = 0; i < s->light_count; i++) {
+        const light *l = &s->lights[i];
+        light_sample sample;
+        if (!l->type->sample(l->desc, p->p, eye, &sample)) continue;
+        dvec3 wi = dvec3_normalize(sample.to_light);
+        double cosine = dvec3_dot(p->ns, wi);
+        /* Light counts only where the geometric and the shading side agree. */
+        if (!(cosine > 0) || !(dvec3_dot(p->n, wi) > 0)) continue;
+        dvec3 f = bsdf_evaluate(b, p->ns, p->wo, wi);
+        dvec3 radiance = dvec3_scale(dvec3_mul(f, sample.irradiance), cosine);
+        if (l->type->casts_shadow)
+            push_shadow(w, r, p, &sample, radiance);
+        else
+            emit_radiance(w, r, radiance);
+    }
+}
+
+/* ---- shadows ---- */
+
+/* The fraction that one surface lets through straight on: 1 - alpha, or 1 - F at the face of a
+ * dielectric. The angle of a straight ray counts as that in the rarer medium, at both faces: then a
+ * pane lets through exactly what Fresnel's formulas say (light that leaves it again is never
+ * totally reflected), and a ball does not cast a ring of false total reflection. */
+static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
+    const scene *s = w->settings.scene;
+    const material_common *common = p->material->desc;
+    if (common->shadow == SHADOW_NONE) return (dvec3){1, 1, 1};
+    if (common->shadow == SHADOW_OPAQUE) return (dvec3){0, 0, 0};
+    double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
+    if (p->material->type->inside != NULL) {
+        double ior1 = media_current(m, s)->ior;
+        if (p->outside)
+            media_enter(m, p->instance);
+        else
+            media_leave(m, p->instance);
+        double ior2 = media_current(m, s)->ior, cosine = dvec3_dot(p->wo, p->ns);
+        double f = fresnel_dielectric(cosine, double_min(ior1, ior2), double_max(ior1, ior2));
+        through += alpha * (1 - f);
+    }
+    return (dvec3){through, through, through};
+}
+
+/* Walks through everything that filters; in appel and whitted light goes straight on through glass.
+ */
+static dvec3 shadow_filter(wave *w, shadow_ray *r) {
+    const scene *s = w->settings.scene;
+    dvec3 through = {1, 1, 1};
+    double from = 0;
+    r->ray.mask = MASK_FILTER;
+    for (int step = 0; step < FILTER_STEPS_MAX; step++) {
+        hit h;
+        accel_trace(s->accel, w->settings.isa, &r->ray, &h, 1, &w->stats.counters);
+        double end = h.instance == NO_ID ? (double)r->ray.t_max : (double)h.t;
+        through = dvec3_mul(through, media_transmittance(&r->media, s, (end - from) * r->length));
+        if (h.instance == NO_ID) return through;
+        shade_point p;
+        scene_shade_point(s, &r->ray, &h, &p);
+        through = dvec3_mul(through, surface_filter(w, &p, &r->media));
+        if (!(dvec3_largest(through) > 0)) return through;
+        from = end;
+        r->ray.after_t = h.t;
+        r->ray.after_instance = h.instance;
+        r->ray.after_primitive = h.primitive;
+    }
+    w->stats.blocked_by_cap++;
+    return (dvec3){0, 0, 0};
+}
+
+static void test_shadows(wave *w) {
+    const scene *s = w->settings.scene;
+    size_t size = w->settings.wave_size;
+    for (size_t start = 0; start < w->shadow_count; start += size) {
+        size_t count = w->shadow_count - start < size ? w->shadow_count - start : size;
+        shadow_ray *batch = w->shadows + start;
+        for (size_t i = 0; i < count; i++) w->rays[i] = batch[i].ray;
+        accel_occluded(s->accel, w->settings.isa, w->rays, w->blocked, count, &w->stats.counters);
+        for (size_t i = 0; i < count; i++) {
+            if (w->blocked[i]) continue;
+            dvec3 arriving = dvec3_from(batch[i].light);
+            if (s->has_filters) arriving = dvec3_mul(arriving, shadow_filter(w, &batch[i]));
+            film_block_add(w->film, batch[i].pixel, arriving);
+        }
+    }
+    w->shadow_count = 0;
+}
+
+/* ---- hits and misses ---- */
+
+/* Beer's law on the way to the hit or, for a miss, to infinity. */
+static void absorb(wave *w, path_ray *r, double t) {
+    if (r->media.count == 0) return;
+    /* A walked-on ray has paid up to where it walked on from. */
+    double from = r->ray.after_t > 0 ? (double)r->ray.after_t : 0;
+    double length = dvec3_length(dvec3_from(r->ray.d));
+    dvec3 through = media_transmittance(&r->media, w->settings.scene, (t - from) * length);
+    r->weight = vec3_from(dvec3_mul(dvec3_from(r->weight), through));
+}
+
+/* Is this face inside a medium of higher priority, so that nothing changes across it? Then *beyond
+ * is what the ray is in after it. */
+static bool is_hidden_face(wave *w, const path_ray *r, const shade_point *p, media *beyond) {
+    const scene *s = w->settings.scene;
+    if (p->material->type->inside == NULL) return false;
+    *beyond = r->media;
+    bool known = p->outside ? media_enter(beyond, p->instance) : media_leave(beyond, p->instance);
+    if (!known) w->stats.media_mismatches++;
+    return media_current(&r->media, s) == media_current(beyond, s);
+}
+
+static void handle_hit(wave *w, path_ray *r, const hit *h) {
+    absorb(w, r, (double)h->t);
+    shade_point p;
+    scene_shade_point(w->settings.scene, &r->ray, h, &p);
+    media beyond;
+    if (is_hidden_face(w, r, &p, &beyond)) {
+        emit_continued(w, r, h, (dvec3){1, 1, 1}, &beyond);
+        return;
+    }
+    bsdf b;
+    material_evaluate(p.material, &p.at, &b);
+    if (b.alpha < 1) {
+        double pass = 1 - b.alpha;
+        emit_continued(w, r, h, (dvec3){pass, pass, pass}, &r->media);
+        if (b.alpha <= 0) return;
+        r->weight = vec3_scale(r->weight, (float)b.alpha);
+    }
+    if (r->primary) film_block_add_alpha(w->film, r->pixel, (double)r->weight.x);
+    w->settings.integrator->hit(w, r, &p, &b);
+}
+
+static void handle_miss(wave *w, path_ray *r) {
+    absorb(w, r, INFINITY);
+    if (r->primary && !w->settings.transparent)
+        film_block_add_alpha(w->film, r->pixel,
+                             (double)r->weight.x * w->settings.scene->background_alpha);
+    w->settings.integrator->miss(w, r);
+}
+
+/* Traces the newest `count` rays of the pool; what they emit takes their place. */
+static void trace_wave(wave *w, size_t count) {
+    path_ray *current = w->pool + (w->pool_count - count);
+    for (size_t i = 0; i < count; i++) w->rays[i] = current[i].ray;
+    accel_trace(w->settings.scene->accel, w->settings.isa, w->rays, w->hits, count,
+                &w->stats.counters);
+    w->next_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (w->hits[i].instance == NO_ID)
+            handle_miss(w, &current[i]);
+        else
+            handle_hit(w, &current[i], &w->hits[i]);
+    }
+    test_shadows(w);
+    w->pool_count -= count;
+    if (!ARRAY_GROW(w->pool, w->pool_count, w->pool_capacity, w->next_count)) {
+        w->out_of_memory = true;
+        return;
+    }
+    if (w->next_count) memcpy(w->pool + w->pool_count, w->next, w->next_count * sizeof *w->next);
+    w->pool_count += w->next_count;
+}
+
+/* ---- camera rays ---- */
+
+static void push_camera_ray(wave *w, uint32_t x, uint32_t y, uint32_t pixel, uint32_t sample) {
+    const wave_settings *s = &w->settings;
+    sample2 place = {0.5, 0.5};
+    if (!s->pixel_center)
+        place = sample_point(sample_stream(s->seed, x, y, PATH_CODE_CAMERA, SAMPLE_PIXEL), sample);
+    camera_sample at = {x + place.x, y + place.y, s->width, s->height};
+    vec3 o, d;
+    s->camera->ray(&s->frame, &at, &o, &d);
+    w->pool[w->pool_count++] = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
+                                          .weight = {1, 1, 1},
+                                          .pixel = pixel,
+                                          .code = path_code_child(PATH_CODE_CAMERA, sample),
+                                          .media = s->camera_media,
+                                          .kind = RAY_CAMERA,
+                                          .primary = true};
+    w->stats.rays[RAY_CAMERA]++;
+}
+
+snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
+                               film_block *block,
+                               bool (*go_on)(void *user, const wave_stats *stats), void *user) {
+    uint64_t columns = x1 - x0, pixels = columns * (y1 - y0), next = 0,
+             end = pixels * w->settings.samples;
+    size_t size = w->settings.wave_size;
+    film_block_clear(block);
+    w->film = block;
+    w->pool_count = w->shadow_count = 0;
+    if (!ARRAY_GROW(w->pool, 0, w->pool_capacity, size)) return error_no_memory();
+    while (next < end || w->pool_count > 0) {
+        /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
+         * starve the kernel. */
+        for (; next < end && w->pool_count < size; next++) {
+            uint32_t pixel = (uint32_t)(next % pixels), x = (uint32_t)(pixel % columns),
+                     y = (uint32_t)(pixel / columns);
+            push_camera_ray(w, x0 + x, y0 + y, pixel, (uint32_t)(next / pixels));
+        }
+        size_t bite = w->pool_count > 2 * size ? SMALL_BITE : size;
+        if (bite > size) bite = size;
+        trace_wave(w, w->pool_count < bite ? w->pool_count : bite);
+        if (w->out_of_memory) return error_no_memory();
+        if (go_on && !go_on(user, &w->stats)) return SNELL_CANCELLED;
+    }
+    w->stats.film_overflows += block->overflows;
+    return SNELL_OK;
+}

@@ -1,0 +1,21 @@
+/* From a frozen scene to a film: blocks of 16x16 pixels, aligned to the whole picture's corner,
+ * shared out to the workers. Any order of blocks and any number of workers gives the same film. */
+#ifndef SNELL_RENDER_RENDER_H
+#define SNELL_RENDER_RENDER_H
+
+#include "integrators/integrator.h"
+
+typedef struct render_options {
+    wave_settings wave;
+    uint32_t crop_x, crop_y, crop_width, crop_height; /* the part to render: the film's size */
+    snell_progress_fn
+        *progress; /* at least every 100 ms, never two at once; false cancels; may be NULL */
+    void *user;
+} render_options;
+
+/* Sizes, clears and fills the film. SNELL_CANCELLED: the blocks that were done are in it. stats:
+ * struct_size is kept. */
+snell_status render_film(const render_options *options, thread_pool *pool, film *out,
+                         snell_render_stats *stats);
+
+#endif

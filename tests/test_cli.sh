@@ -1,0 +1,437 @@
+#!/bin/bash
+# The command as its users meet it: what it says, what it writes, how it ends. $1: the build folder.
+snell=$1/snell
+source_folder=$(cd "$(dirname "$0")/.." && pwd)
+[ -x "$snell" ] || { echo "SKIPPED: $snell is not built"; exit 0; }
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+for name in $(compgen -e SNELL_); do unset "$name"; done
+export NO_COLOR=1 TMPDIR=$work/tmp
+mkdir tmp
+failures=0
+
+fail() {
+    failures=$((failures + 1))
+    echo "FAILED: $*"
+    [ -s out ] && sed 's/^/    out: /' out | head -20
+    [ -s err ] && sed 's/^/    err: /' err | head -20
+}
+
+# run CODE ARGUMENT...: runs snell, keeps out and err, compares the exit code.
+run() {
+    local want=$1 got
+    shift
+    "$snell" "$@" >out 2>err </dev/null
+    got=$?
+    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
+}
+says() { grep -qF -- "$1" err || fail "not on standard error: $1"; }
+prints() { grep -qF -- "$1" out || fail "not on standard output: $1"; }
+lines() { [ "$(wc -l <"$1")" -le "$2" ] || fail "$1 has more than $2 lines"; }
+exists() { [ -s "$1" ] || fail "there is no $1"; }
+absent() { [ ! -e "$1" ] || fail "there is a $1"; }
+
+# ---- one table: help, manual and completion say the same as the parser --------------------------
+table() {
+    local command name letter metavar alias
+    run 0 help --options
+    cp out options
+    for page in snell render info example help scene; do run 0 help --man $page; cp out man.$page; done
+    for shell in bash zsh fish; do run 0 help --completion $shell; cp out completion.$shell; done
+    run 0 --help
+    cp out help.snell
+    for page in render info example help; do run 0 $page --help; cat help.snell out >help.$page; done
+    [ "$(wc -l <options)" -gt 40 ] || fail "the table of options is short"
+    while read -r command name letter metavar alias; do
+        if [ "$alias" = alias ]; then
+            grep -q -- "$name " help.$command && fail "$command --help mentions the alias $name"
+            continue
+        fi
+        local head="$name"
+        [ "$metavar" != - ] && head="$name $metavar"
+        [ "$name" = --ground ] && head="--ground[=COLOR]"
+        grep -qE -- "^ +(-., )?${head//[\[\]+]/.}( |\$)" help.$command || fail "$command --help lacks '$head'"
+        [ "$letter" = -- ] || grep -qF -- " $letter, $name" help.$command || fail "$command --help lacks $letter, $name"
+        grep -qF -- "\\-\\-$(sed 's/^--//; s/-/\\-/g' <<<"$name")\\fR" man.$command || fail "man.$command lacks $name"
+        grep -qE -- "[ '|]${name}[ |)']" completion.bash || fail "bash completion lacks $name"
+        grep -qF -e "$name[" -e "$name}'[" -e "$name=-[" completion.zsh || fail "zsh completion lacks $name"
+        grep -qE -- "-l ${name#--}( |\$)" completion.fish || fail "fish completion lacks $name"
+    done <options
+    # and nothing more than the parser knows
+    for command in render info example help; do
+        grep -oE '^ +(-., )?--[a-z-]+' help.$command | grep -oE -- '--[a-z-]+' | while read -r name; do
+            grep -q "^$command $name " options || echo "$command $name"
+        done
+    done >unknown
+    [ -s unknown ] && fail "help knows options that the parser does not: $(tr '\n' ' ' <unknown)"
+    awk 'length > 79' help.render help.snell >long
+    [ -s long ] && fail "help lines wider than 79 columns: $(cat long)"
+    bash -n completion.bash || fail "the bash completion is no bash"
+    if command -v groff >/dev/null; then
+        for page in snell render info example help scene; do
+            groff -man -Tutf8 -ww man.$page >/dev/null 2>warnings
+            [ -s warnings ] && fail "man.$page: $(head -3 warnings)"
+        done
+    fi
+    source completion.bash
+    COMP_WORDS=(snell render --inte) COMP_CWORD=2 COMPREPLY=()
+    _snell 2>/dev/null
+    [ "${COMPREPLY[*]}" = --integrator ] || fail "bash completes --inte to '${COMPREPLY[*]}'"
+    COMP_WORDS=(snell render -i wh) COMP_CWORD=3 COMPREPLY=()
+    _snell 2>/dev/null
+    [ "${COMPREPLY[*]}" = whitted ] || fail "bash completes -i wh to '${COMPREPLY[*]}'"
+}
+
+# ---- the wrong command line: exit 2, a message, a hint -----------------------------------------
+usage() {
+    wrong() { # wrong MESSAGE HINT ARGUMENT...
+        local message=$1 hint=$2
+        shift 2
+        run 2 "$@"
+        says "snell: $message"
+        says "$hint"
+        [ -s out ] && fail "snell $*: an error on standard output"
+    }
+    wrong "which file, or which command?" "snell --help"
+    wrong "there is no command 'rendr'" "did you mean 'snell render'?" rendr x.lua
+    wrong "render needs a FILE" "such as" render
+    wrong "unknown option '--sise'" "did you mean '--size'?" my.lua --sise 3x3
+    wrong "unknown option '--intergrator'" "did you mean '--integrator'?" my.lua --intergrator=appel
+    wrong "info takes no option '--size'" "it belongs to 'snell render'" info my.lua --size 3x3
+    wrong "render takes no option '-x'" "./-name" my.lua -x
+    wrong "--integrator: there is no 'witted'" "did you mean 'whitted'?" my.lua -i witted
+    wrong "--tonemap: there is no 'x'" "clip, reinhard, neutral" my.lua --tonemap x
+    wrong "--tonemap needs a value" "--tonemap NAME" my.lua --tonemap
+    wrong "--quiet takes no value" "" my.lua --quiet=1
+    for size in 10 x 0x5 5x0 -1x5 1e2x5 1000000000x1 65537x1 65536x65536 0% -5% 5x5x5 axb '5 x5'; do
+        wrong "--size: '$size' is no size" "such as 800x600" my.lua --size="$size"
+    done
+    for crop in 10x10 10x10+1 0x5+0+0 5x5+-1+0 5x5+1+1+1; do
+        wrong "--crop: '$crop' is no rectangle" "top left" my.lua --crop="$crop"
+    done
+    wrong "--crop: 10x10+795+0 lies outside" "" my.lua --crop 10x10+795+0
+    for n in 0 -1 1.5 1048577 99999999999999999999 a ''; do
+        wrong "--samples: '$n' is not a whole number from 1 to 1048576" "" my.lua --samples="$n"
+    done
+    wrong "--max-depth: '1001' is not" "" my.lua --max-depth 1001
+    wrong "--min-weight: 'nan' is not a number" "" my.lua --min-weight nan
+    wrong "--exposure: '1e9' is not a number" "" my.lua --exposure 1e9
+    wrong "--seed: '18446744073709551616' is not" "" my.lua --seed 18446744073709551616
+    wrong "--view: 'topp' is no direction" "did you mean 'top'?" my.lua --view topp
+    wrong "--view: '10,95' is no direction" "azimuth" my.lua --view 10,95
+    wrong "--camera and --view exclude each other" "" my.lua --view top -c main
+    wrong "--fov: '180' is not a number" "" my.lua --view top --fov 180
+    wrong "--background: '#12345' is no colour" "#rrggbb" my.lua --background '#12345'
+    wrong "--ground: '1,2' is no colour" "#rrggbb" my.lua --ground=1,2
+    wrong "--camera: my.lua has no camera 'mian'" "" my.lua -c mian
+    wrong "-o: 'x.jpg' is no kind of picture" ".png, .exr, .pfm or .ppm" my.lua -o x.jpg
+    wrong "-o: 'tmp' is a folder" "tmp" my.lua -o tmp
+    wrong "-o is given twice" "" my.lua -o a.png -o b.png
+    wrong "-o: one name for 2 pictures" "{name}" my.lua bad.lua -o a.png
+    wrong "'my.lua' and './my.lua' would both be written to my.png" "-o" my.lua ./my.lua
+    wrong "--format is for standard output" "-o" my.lua --format png
+    wrong "--input-format: there is no 'luaa'" "did you mean 'lua'?" my.lua --input-format luaa
+    wrong "--set: 'depth' is not NAME=VALUE" "-D depth=5" my.lua -D depth
+    wrong "--memory: 'much' is no size" "8G" my.lua --memory much
+    wrong "--threads: '0' is not" "" my.lua -t 0
+    wrong "there is no example 'helo'" "did you mean 'hello'?" example helo
+    wrong "there is no help on 'dielectrc'" "did you mean 'snell help dielectric'?" help dielectrc
+    absent my.png
+    SNELL_THREADS=x run 2 my.lua
+    says "SNELL_THREADS: 'x' is not"
+    SNELL_ISA=avx9 run 2 my.lua
+    says "SNELL_ISA: there is no 'avx9'"
+}
+
+# ---- pictures ------------------------------------------------------------------------------------
+small=(-s 64x48 -n 4)
+pictures() {
+    run 0 my.lua "${small[@]}"
+    exists my.png
+    lines err 3
+    [ -s out ] && fail "a render prints on standard output"
+    tail -1 err | grep -qE '^my\.png  64x48  whitted  4 samples  [0-9.]+ s$' || fail "the last line is: $(tail -1 err)"
+    run 0 render my.lua "${small[@]}" -q
+    lines err 0
+    run 0 -q render my.lua -s 64x -n1
+    for format in exr pfm ppm png; do
+        [ $format = exr ] && "$snell" --version | grep -q 'missing.*openexr' && continue
+        run 0 my.lua "${small[@]}" -o a.$format
+        exists a.$format
+        run 0 my.lua "${small[@]}" -o - --format $format
+        cmp -s out a.$format || fail "-o - --format $format differs from a.$format"
+    done
+}
+
+sizes() {
+    has_size() { prints "\"width\": $1,"; prints "\"height\": $2,"; }
+    run 0 my.lua -n 1 --json -s 64x; has_size 64 48
+    run 0 my.lua -n 1 --json -s x48; has_size 64 48
+    run 0 my.lua -n 1 --json -s 10%; has_size 80 60
+    run 0 my.lua -n 1 --json --resolution 30x20 --spp 2 --depth 3; has_size 30 20
+    prints '"samples": 2,'
+    prints '"max_depth": 3,'
+    run 0 my.lua -n 1 --json -s 64x48 --crop 10x12+50+30; has_size 10 12
+}
+
+# Pixels of a crop equal the whole picture's; PFM is plain floats, bottom row first.
+crops() {
+    run 0 my.lua "${small[@]}" -o whole.pfm
+    run 0 my.lua "${small[@]}" -o part.pfm --crop 16x8+20+10
+    local header_whole header_part row
+    header_whole=$(($(stat -c %s whole.pfm) - 64 * 48 * 12))
+    header_part=$(($(stat -c %s part.pfm) - 16 * 8 * 12))
+    for row in 0 7; do # from the top: row 10 + row of the whole
+        tail -c +$((header_whole + 1 + ((47 - 10 - row) * 64 + 20) * 12)) whole.pfm | head -c $((16 * 12)) >a
+        tail -c +$((header_part + 1 + (7 - row) * 16 * 12)) part.pfm | head -c $((16 * 12)) >b
+        [ "$(stat -c %s a)" -eq 192 ] && cmp -s a b || fail "row $row of a crop differs from the whole picture"
+    done
+}
+
+hash_of() { # hash_of ARGUMENT...
+    "$snell" my.lua "${small[@]}" -o hash.png --json "$@" 2>err | sed -n 's/.*"image_hash": "\(.*\)".*/\1/p'
+}
+differs() { # the option changes the picture
+    local got
+    got=$(hash_of "$@")
+    [ -n "$got" ] && [ "$got" != "$plain" ] || fail "$* changes nothing ('$got')"
+}
+same() {
+    [ "$(hash_of "$@")" = "$plain" ] || fail "$* changes the picture"
+}
+options_act() {
+    plain=$(hash_of)
+    [ ${#plain} -eq 16 ] || fail "the image hash is '$plain'"
+    same
+    same -t 1
+    same -t 3
+    same --isa scalar
+    same --strip
+    same --progress json
+    same --camera 1
+    same --exposure 1   # encoding only: the linear film is the same
+    same --tonemap reinhard
+    differs --samples 8
+    differs -n 1
+    differs --seed 7
+    differs --view top
+    differs --view 30,15
+    differs --view bottom --fov 20
+    differs --fov 20
+    same --fov 40 # hello.lua's own
+    differs --background '#ff0000'
+    differs --background transparent
+    run 0 my.lua "${small[@]}" -o e0.png --strip
+    run 0 my.lua "${small[@]}" -o e1.png --strip --exposure 1
+    run 0 my.lua "${small[@]}" -o e2.png --strip --tonemap reinhard
+    cmp -s e0.png e1.png && fail "--exposure changes nothing"
+    cmp -s e0.png e2.png && fail "--tonemap changes nothing"
+    [ "$(hash_of --background '#808080')" = "$(hash_of --background grey)" ] || fail "grey is not #808080"
+    [ "$(hash_of --background 0)" = "$(hash_of --background black)" ] || fail "0 is not black"
+    [ "$(hash_of --view front)" = "$(hash_of --view 0,0)" ] || fail "front is not 0,0"
+}
+
+programs() {
+    cat >param.lua <<'LUA'
+local size = param("size", 1, "how large the ball is")
+camera { from = {0, 0, 5}, at = {0, 0, 0} }
+light.point { position = {2, 2, 4}, intensity = 50 }
+sphere { radius = size }
+LUA
+    run 0 info param.lua
+    prints "size=1"
+    prints "how large the ball is"
+    run 0 info param.lua -D size=0.5
+    prints "size=0.5"
+    run 0 param.lua "${small[@]}" -o p1.pfm
+    run 0 param.lua "${small[@]}" -o p2.pfm -D size=0.5
+    cmp -s p1.pfm p2.pfm && fail "-D changes nothing"
+    run 3 param.lua "${small[@]}" -D sise=2
+    says "sise"
+    run 0 my.lua --light none "${small[@]}"
+    printf 'sphere { radius = 1 }\n' >ball.lua
+    run 0 ball.lua "${small[@]}"
+    says "added: "
+    lines err 3
+    run 0 ball.lua "${small[@]}" -o plain.pfm
+    run 0 ball.lua "${small[@]}" -o ground.pfm --ground
+    run 0 ball.lua "${small[@]}" -o red.pfm --ground=0.9,0.1,0.1
+    cmp -s plain.pfm ground.pfm && fail "--ground changes nothing"
+    cmp -s red.pfm ground.pfm && fail "the colour of --ground changes nothing"
+    run 0 ball.lua "${small[@]}" -o dark.pfm --light none --background 0
+    cmp -s plain.pfm dark.pfm && fail "--light none changes nothing"
+    run 0 ball.lua "${small[@]}" -o up.pfm --background '#fff'
+    says "added: camera, lights (ball.lua"
+    printf 'light.point { position = {3, 3, 3}, intensity = 50 }\nsphere { material = material.mirror { color = 0.9 } }\nbackground { color = 0.5 }\n' >mirror.lua
+    run 0 mirror.lua "${small[@]}" -o whitted.pfm
+    run 0 mirror.lua "${small[@]}" -o appel.pfm -i appel
+    cmp -s whitted.pfm appel.pfm && fail "-i changes nothing"
+    run 0 mirror.lua "${small[@]}" -o depth.pfm --max-depth 0
+    cmp -s whitted.pfm depth.pfm && fail "--max-depth changes nothing"
+    run 0 ball.lua "${small[@]}" --fov 20 -o fov20.pfm
+    run 0 ball.lua "${small[@]}" --fov 60 -o fov60.pfm
+    cmp -s fov20.pfm fov60.pfm && fail "--fov changes nothing"
+}
+
+# ---- the output rule and the tag ------------------------------------------------------------------
+output_rule() {
+    rm -f my.png
+    echo "my diary" >my.png
+    run 5 my.lua "${small[@]}"
+    says "my.png is there already, and snell did not make it"
+    says "--force"
+    [ "$(cat my.png)" = "my diary" ] || fail "somebody else's file is gone"
+    run 0 my.lua "${small[@]}" --force --strip
+    cmp -s my.png <(echo "my diary") && fail "--force does not overwrite"
+    run 5 my.lua "${small[@]}" # stripped: nothing says that snell made it
+    rm my.png
+    run 0 my.lua "${small[@]}"
+    run 0 my.lua "${small[@]}" # tagged: replaced
+    echo "my diary" >named.png
+    run 0 my.lua "${small[@]}" -o named.png
+    run 5 my.lua -o missing/x.png
+    says "missing"
+    absent missing
+    if [ "$(id -u)" != 0 ]; then
+        mkdir closed
+        chmod a-w closed
+        run 5 my.lua -o closed/x.png
+    fi
+    # a failed render leaves the older picture
+    cp my.png before.png
+    cp bad.lua tmp/my.lua
+    run 3 tmp/my.lua
+    cmp -s my.png before.png || fail "a failed render changed the older picture"
+    rm tmp/my.lua
+    "$snell" my.lua "${small[@]}" -o - >/dev/full 2>err
+    [ $? -eq 5 ] || fail "a full disk is not exit 5"
+    "$snell" help render >/dev/full 2>err
+    [ $? -eq 5 ] || fail "a full disk is not exit 5 for help"
+    if command -v script >/dev/null; then
+        script -qec "$snell my.lua -o -" /dev/null >out 2>&1 </dev/null
+        grep -q "standard output is a terminal" out || fail "-o - to a terminal is not refused"
+    fi
+}
+
+tag() {
+    run 0 my.lua "${small[@]}" --seed 5 --view 30,15 -o tagged.png --exposure 0.5 --ground=0.3 -t 1
+    run 0 info tagged.png
+    prints "64x48"
+    prints "snell render my.lua --integrator=whitted --size=64x48 --samples=4"
+    prints "--seed=5"
+    prints "--view=30,15"
+    cp out first
+    grep -qE 'threads|isa|-t' out && fail "the tag tells threads or ISA"
+    # the printed command makes the same bytes
+    cp tagged.png before.png
+    rm tagged.png
+    PATH=$(dirname "$snell"):$PATH bash -c "$(tail -1 first)" 2>err || fail "the printed command fails"
+    cmp -s tagged.png before.png || fail "the printed command makes other bytes"
+    run 0 my.lua "${small[@]}" -o stripped.png --strip
+    run 0 info stripped.png
+    prints "does not say how it was made"
+    run 0 info my.lua
+    prints "cameras"
+    prints "lambert"
+    run 5 info nothing.png
+    run 5 info nothing.lua
+}
+
+# ---- input ---------------------------------------------------------------------------------------
+input() {
+    run 3 bad.lua
+    says "snell: bad.lua:2"
+    says "radus"
+    says "did you mean 'radius'?"
+    run 5 nothing.lua
+    says "nothing.lua"
+    run 1 my.lua bad.lua "${small[@]}" -o 'tmp/{name}.png'
+    exists tmp/my.png
+    absent tmp/bad.png
+    says "1 of 2 files failed"
+    "$snell" - "${small[@]}" -o stdin.pfm --input-format lua <my.lua >out 2>err || fail "standard input is not read"
+    run 0 my.lua "${small[@]}" -o file.pfm
+    cmp -s stdin.pfm file.pfm || fail "standard input gives another picture"
+    "$snell" - "${small[@]}" --input-format lua <bad.lua >out 2>err
+    [ $? -eq 3 ] || fail "bad standard input is not exit 3"
+    says "standard input:2"
+    grep -q "$TMPDIR" err && fail "a message names the temporary file"
+    ls -d tmp/snell-* >/dev/null 2>&1 && fail "the temporary folder is left behind"
+    SNELL_THREAD=1 run 0 my.lua "${small[@]}"
+    says "SNELL_THREAD means nothing"
+    says "did you mean SNELL_THREADS?"
+    rm -f my.png
+    SNELL_THREAD=1 run 4 my.lua "${small[@]}" --strict
+    absent my.png
+    run 0 my.lua "${small[@]}" --memory 2G
+    SNELL_THREADS=1 SNELL_ISA=scalar run 0 my.lua "${small[@]}" --json
+    prints '"threads": 1,'
+    prints '"isa": "scalar",'
+    printf '\033[31mX' >'a.lua'
+    run 3 a.lua
+    grep -q $'\033' err && fail "a message passes control characters on"
+}
+
+# ---- stopping --------------------------------------------------------------------------------------
+stopping() {
+    local signal want child started ended
+    rm -f my.png my.partial.png
+    cp "$source_folder/scenes/hello.lua" long.lua
+    set -m # a job of its own, so that SIGINT is not ignored as in a script's background
+    for signal in INT:130 TERM:143; do
+        want=${signal#*:}
+        "$snell" long.lua -n 100000 --progress plain -o long.png >out 2>err &
+        child=$!
+        sleep 1.5
+        started=$(date +%s%N)
+        kill -"${signal%:*}" $child
+        wait $child
+        [ $? -eq "$want" ] || fail "SIG${signal%:*} is not $want"
+        ended=$(date +%s%N)
+        echo "stopped by SIG${signal%:*} after $(((ended - started) / 1000000)) ms"
+        [ $((ended - started)) -lt 2000000000 ] || fail "stopping takes too long"
+        exists long.partial.png
+        absent long.png
+        says "they are in long.partial.png"
+        grep -q "render" err || fail "no progress in the log"
+        run 0 info long.partial.png
+        prints "stopped before it was done"
+        rm -f long.partial.png
+    done 2>/dev/null
+    set +m
+    run 0 my.lua "${small[@]}" --progress line
+    grep -q $'\r' err && fail "a short render shows progress"
+}
+
+texts() {
+    run 0 --version
+    prints "snell 0."
+    prints "kernels"
+    prints "parts"
+    run 0 example
+    prints "hello"
+    for name in $("$snell" example | awk '{print $1}'); do
+        run 0 example "$name"
+        cmp -s out "$source_folder/scenes/$name.lua" || fail "example $name is not scenes/$name.lua"
+    done
+    for topic in formats scene materials lights shapes cameras textures integrators tonemaps exit \
+        environment render info example help dielectric sphere point perspective lambert; do
+        run 0 help $topic
+        lines err 0
+        [ "$(wc -l <out)" -ge 3 ] || fail "help $topic is short"
+    done
+    run 0 help dielectric
+    prints "ior"
+    run 0 help shapes
+    prints "sphere"
+}
+
+"$snell" example hello >my.lua || fail "there is no example"
+printf '%s\n' '-- a mistake' 'sphere { radus = 1 }' >bad.lua
+for part in table usage pictures sizes crops options_act programs output_rule tag input stopping texts; do
+    before=$failures
+    $part
+    [ $failures -eq $before ] && echo "ok: $part"
+done
+[ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
