@@ -190,6 +190,7 @@ static snell_status assimp_read(const char *path, const import_options *options,
     import_extension(path, r.extension, sizeof r.extension);
     snell_status status = import_read_file(path, NULL, options, &fs.data, &fs.size);
     if (!status && fs.size == 0) status = error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
+    if (!status && is(&r, ".obj")) status = obj_repair(&fs.data, &fs.size);
     if (!status) {
         /* An extension that says nothing: the content must. */
         if (is(&r, "") && fs.size > 5 && memcmp(fs.data, "solid", 5) == 0)
