@@ -1,9 +1,227 @@
-/* OBJ, PLY, STL and what else libassimp reads. */
-#include "importers/importer.h"
-static bool no(const char *e, const uint8_t *f, size_t s) {
-    (void)e;
-    (void)f;
-    (void)s;
-    return false;
+/* OBJ with MTL, PLY, STL and what else libassimp reads, through its C interface. */
+#include <assimp/cfileio.h>
+#include <assimp/cimport.h>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "importers/assimp_reader.h"
+
+snell_status reader_warn(reader *r, const char *format, ...) {
+    char text[800];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    return description_add_message(r->d, SNELL_WARNING, r->path, 0, NULL, "%s", text);
 }
-const importer importer_assimp = {.name = "assimp", .extensions = "", .help = "", .recognise = no};
+
+snell_status reader_blame(const reader *r, const char *what, snell_status status) {
+    if (status == SNELL_OK || status == SNELL_ERR_MEMORY) return status;
+    char text[800];
+    snprintf(text, sizeof text, "%s", error_last()->text);
+    return error_set_at(status == SNELL_ERR_ARGUMENT ? SNELL_ERR_SYNTAX : status,
+                        (source_place){r->path, 0, 0}, NULL, "%s: %s", what, text);
+}
+
+/* ---- files: everything that libassimp opens goes through files.h ---- */
+
+typedef struct memory_file {
+    struct aiFile calls;
+    const uint8_t *data;
+    uint8_t *owned; /* NULL: the scene file, which is kept for the next opening */
+    size_t size, at;
+} memory_file;
+
+typedef struct file_system {
+    struct aiFileIO calls;
+    reader *reader;
+    uint8_t *data; /* of the scene file */
+    size_t size;
+    bool library_missing; /* a material library could not be opened: said once */
+} file_system;
+
+static memory_file *file_of(struct aiFile *file) { return (memory_file *)(void *)file->UserData; }
+
+static size_t file_read(struct aiFile *file, char *out, size_t size, size_t count) {
+    memory_file *f = file_of(file);
+    if (size == 0) return 0;
+    size_t most = (f->size - f->at) / size, items = count < most ? count : most;
+    if (items > 0) memcpy(out, f->data + f->at, items * size);
+    f->at += items * size;
+    return items;
+}
+
+static size_t file_write(struct aiFile *file, const char *data, size_t size, size_t count) {
+    (void)file, (void)data, (void)size, (void)count;
+    return 0;
+}
+
+static size_t file_tell(struct aiFile *file) { return file_of(file)->at; }
+static size_t file_size(struct aiFile *file) { return file_of(file)->size; }
+static void file_flush(struct aiFile *file) { (void)file; }
+
+/* Offsets are unsigned, with which negative ones come wrapped round. */
+static enum aiReturn file_seek(struct aiFile *file, size_t offset, enum aiOrigin origin) {
+    memory_file *f = file_of(file);
+    size_t base = origin == aiOrigin_SET ? 0 : origin == aiOrigin_CUR ? f->at : f->size;
+    size_t to = base + offset;
+    if (to > f->size) return aiReturn_FAILURE;
+    f->at = to;
+    return aiReturn_SUCCESS;
+}
+
+/* libassimp puts the scene file's folder in front of what the file says; files.h does that
+ * itself. Windows paths become ours. */
+static snell_status read_beside(const reader *r, const char *path, uint8_t **data, size_t *size) {
+    char name[1024];
+    const char *slash = strrchr(r->path, '/');
+    size_t folder = slash ? (size_t)(slash - r->path) + 1 : 0;
+    if (folder > 0 && strncmp(path, r->path, folder) == 0) path += folder;
+    while (path[0] == '.' && (path[1] == '/' || path[1] == '\\')) path += 2;
+    snprintf(name, sizeof name, "%s", path);
+    for (char *c = name; *c; c++)
+        if (*c == '\\') *c = '/';
+    return import_read_beside(r->path, name, r->options, data, size);
+}
+
+static bool is_library(const char *path) {
+    size_t length = strlen(path);
+    return length >= 4 && strcmp(path + length - 4, ".mtl") == 0;
+}
+
+static void note_missing_library(file_system *fs, const char *path) {
+    if (fs->library_missing || !is_library(path)) return;
+    fs->library_missing = true;
+    reader_warn(fs->reader, "%s; its materials are grey", error_last()->text);
+}
+
+static struct aiFile *fs_open(struct aiFileIO *io, const char *path, const char *mode) {
+    file_system *fs = (file_system *)(void *)io->UserData;
+    if (strchr(mode, 'w') || strchr(mode, 'a') || strchr(mode, '+')) return NULL;
+    memory_file *f = memory_zeroed(1, sizeof *f);
+    if (f == NULL) return NULL;
+    if (strcmp(path, fs->reader->path) == 0) {
+        f->data = fs->data, f->size = fs->size;
+    } else if (read_beside(fs->reader, path, &f->owned, &f->size) == SNELL_OK) {
+        f->data = f->owned;
+        if (is_library(path)) mtl_repair(f->owned, f->size);
+    } else {
+        note_missing_library(fs, path);
+        free(f);
+        return NULL;
+    }
+    f->calls = (struct aiFile){file_read, file_write, file_tell,        file_size,
+                               file_seek, file_flush, (char *)(void *)f};
+    return &f->calls;
+}
+
+static void fs_close(struct aiFileIO *io, struct aiFile *file) {
+    (void)io;
+    memory_file *f = file_of(file);
+    free(f->owned);
+    free(f);
+}
+
+/* ---- the importer ---- */
+
+static bool is(const reader *r, const char *extension) {
+    return strcmp(r->extension, extension) == 0;
+}
+
+/* libassimp's message, shortened and without line ends. */
+static snell_status reading_failed(const reader *r) {
+    char text[400];
+    if (strstr(aiGetErrorString(), "mNumMeshes is 0"))
+        return error_set_at(SNELL_ERR_SYNTAX, (source_place){r->path, 0, 0}, NULL,
+                            "the file has no surfaces");
+    snprintf(text, sizeof text, "%s", aiGetErrorString());
+    for (char *c = text; *c; c++)
+        if ((unsigned char)*c < 32) *c = ' ';
+    return error_set_at(SNELL_ERR_SYNTAX, (source_place){r->path, 0, 0}, NULL,
+                        "cannot read the file: %s", text[0] ? text : "it is broken");
+}
+
+/* Where a format has no normals, faces that meet at less than 60 degrees are smooth. STL describes
+ * solids by flat facets: they stay flat. */
+static const struct aiScene *import_once(const reader *r, file_system *fs, bool validate) {
+    unsigned flags = aiProcess_Triangulate;
+    if (validate) flags |= aiProcess_ValidateDataStructure | aiProcess_SortByPType;
+    if (!is(r, ".stl")) flags |= aiProcess_GenSmoothNormals;
+    struct aiPropertyStore *store = aiCreatePropertyStore();
+    if (store == NULL) return NULL;
+    aiSetImportPropertyFloat(store, AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60);
+    const struct aiScene *scene = aiImportFileExWithProperties(r->path, flags, &fs->calls, store);
+    aiReleasePropertyStore(store);
+    return scene;
+}
+
+/* libassimp's validation keeps its later steps away from indices out of range; but it also refuses
+ * a file for one part that is empty, which does no harm. */
+static const struct aiScene *import_scene(const reader *r, file_system *fs) {
+    const struct aiScene *scene = import_once(r, fs, true);
+    if (scene) return scene;
+    const char *error = aiGetErrorString();
+    bool harmless = strstr(error, "contains no faces") || strstr(error, "contains no vertices");
+    return harmless ? import_once(r, fs, false) : NULL;
+}
+
+static snell_status fill(reader *r) {
+    const struct aiScene *scene = r->scene;
+    r->materials = memory_zeroed((size_t)scene->mNumMaterials + 1, sizeof *r->materials);
+    r->shapes = memory_zeroed((size_t)scene->mNumMeshes + 1, sizeof *r->shapes);
+    if (r->materials == NULL || r->shapes == NULL) return error_no_memory();
+    snell_status status = reader_read_materials(r);
+    if (!status) status = reader_read_meshes(r);
+    if (!status && (scene->mNumCameras > 0 || scene->mNumLights > 0) && !is(r, ".obj"))
+        status = reader_warn(r, "cameras and lights of this format are not read yet");
+    return status;
+}
+
+static snell_status assimp_read(const char *path, const import_options *options, description *d) {
+    reader r = {.path = path, .options = options, .d = d};
+    file_system fs = {.reader = &r};
+    fs.calls = (struct aiFileIO){fs_open, fs_close, (char *)(void *)&fs};
+    import_extension(path, r.extension, sizeof r.extension);
+    snell_status status = import_read_file(path, NULL, options, &fs.data, &fs.size);
+    if (!status && fs.size == 0) status = error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
+    if (!status && is(&r, ".obj")) status = obj_repair(&fs.data, &fs.size);
+    if (!status) {
+        /* An extension that says nothing: the content must. */
+        if (is(&r, "") && fs.size > 5 && memcmp(fs.data, "solid", 5) == 0)
+            snprintf(r.extension, sizeof r.extension, ".stl");
+        r.scene = import_scene(&r, &fs);
+        status = r.scene ? fill(&r) : reading_failed(&r);
+        if (r.scene) aiReleaseImport(r.scene);
+    }
+    for (size_t i = 0; i < r.map_count; i++) free(r.maps[i].path);
+    free(r.maps);
+    free(r.materials);
+    free(r.shapes);
+    free(fs.data);
+    names_deinit(&r.names);
+    if (status) error_place((source_place){path, 0, 0});
+    snprintf(d->format, sizeof d->format, "%.15s", r.extension[0] ? r.extension + 1 : "assimp");
+    d->is_model = true;
+    return status;
+}
+
+static bool assimp_recognise(const char *extension, const uint8_t *first, size_t size) {
+    if (size >= 4 && (memcmp(first, "ply\n", 4) == 0 || memcmp(first, "ply\r", 4) == 0))
+        return true;
+    if (size >= 6 && memcmp(first, "solid ", 6) == 0) return true;
+    return extension[0] == '.' && aiIsExtensionSupported(extension) == AI_TRUE;
+}
+
+const importer importer_assimp = {
+    .name = "assimp",
+    .extensions = ".obj .ply .stl .fbx .dae .3ds .x3d .off .blend .dxf .lwo .ms3d .x .ac .3mf",
+    .help = "OBJ, PLY, STL and what else libassimp reads",
+    .recognise = assimp_recognise,
+    .read = assimp_read,
+};

@@ -237,8 +237,8 @@ static snell_status run(gltf *g) {
     size_t size;
     snell_status status = import_read_file(g->path, NULL, g->options, &g->file, &size);
     byte_block json = {.data = g->file, .size = size};
-    if (!status && size >= 4 && read_u32(g->file) == glb_magic)
-        status = glb_split(g, g->file, size, &json);
+    g->is_glb = !status && size >= 4 && read_u32(g->file) == glb_magic;
+    if (g->is_glb) status = glb_split(g, g->file, size, &json);
     if (!status) status = parse_json(g, json.data, json.size);
     if (!status) status = gltf_check_schema(g);
     if (!status) status = check_version(g);

@@ -63,7 +63,7 @@ typedef struct gltf {
     uint8_t *file; /* of a GLB, for bin */
     const uint8_t *bin;
     size_t bin_size;
-    bool has_bin;
+    bool has_bin, is_glb;
     uint64_t budget; /* bytes that may still be made */
     byte_block *buffers;
     image_entry *images;

@@ -247,6 +247,17 @@ static snell_status read_uri(gltf *g, const char *uri, const char *where, byte_b
 
 /* ---- buffers ---- */
 
+/* Neither URI nor chunk: the format allows that, for extensions that bring the bytes. */
+static snell_status zero_buffer(gltf *g, const char *where, size_t length, byte_block *out) {
+    snell_status status = gltf_spend(g, where, length);
+    if (!status) status = gltf_warn(g, "%s: has no data: all zero", where);
+    if (status) return status;
+    uint8_t *zeros = memory_zeroed(length, 1);
+    if (zeros == NULL) return error_no_memory();
+    *out = (byte_block){.data = zeros, .size = length, .owned = zeros};
+    return SNELL_OK;
+}
+
 static snell_status load_buffer(gltf *g, size_t index) {
     byte_block *block = &g->buffers[index];
     if (block->loaded) return SNELL_OK;
@@ -258,10 +269,13 @@ static snell_status load_buffer(gltf *g, size_t index) {
     if (uri) {
         snell_status status = read_uri(g, uri, where, block);
         if (status) return status;
-    } else {
-        if (index != 0 || !g->has_bin)
-            return gltf_error(g, SNELL_ERR_SYNTAX, where, "has no uri and there is no BIN chunk");
+    } else if (index == 0 && g->has_bin) {
         *block = (byte_block){.data = g->bin, .size = g->bin_size};
+    } else if (g->is_glb && index == 0) {
+        return gltf_error(g, SNELL_ERR_SYNTAX, where, "has no uri and there is no BIN chunk");
+    } else {
+        snell_status status = zero_buffer(g, where, length, block);
+        if (status) return status;
     }
     if (block->size < length)
         return gltf_error(g, SNELL_ERR_SYNTAX, where, "has %zu bytes where %zu are promised",

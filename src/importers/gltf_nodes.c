@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "cameras/camera.h"
+#include "importers/up.h"
 #include "maths/functions.h"
 
 /* A cap on what few bytes can ask for by instancing. */
@@ -51,6 +52,16 @@ static transform to_transform(const dmat *a) {
     transform out;
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 4; c++) out.m[r][c] = (float)a->m[r][c];
+    return out;
+}
+
+/* The rotation that brings the user's idea of up to +Y; the identity without one. */
+static dmat rotation_to_up(const char *axis) {
+    transform up;
+    dmat out;
+    import_up_rotation(axis, &up);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 4; c++) out.m[r][c] = (double)up.m[r][c];
     return out;
 }
 
@@ -117,8 +128,9 @@ static snell_status place_node(gltf *g, size_t index) {
     dmat local;
     snell_status status = node_local(g, index, &local);
     if (status) return status;
+    dmat up = rotation_to_up(g->options->up);
     node->world =
-        node->parent == SIZE_MAX ? local : dmat_multiply(&g->nodes[node->parent].world, &local);
+        dmat_multiply(node->parent == SIZE_MAX ? &up : &g->nodes[node->parent].world, &local);
     char where[JSON_PATH_SIZE];
     snprintf(where, sizeof where, "nodes[%zu]", index);
     return is_finite(&node->world)

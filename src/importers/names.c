@@ -8,7 +8,8 @@ void names_deinit(name_set *names) {
     *names = (name_set){0};
 }
 
-/* Control characters would garble messages and lists of names. Cut at a character's start. */
+/* Control characters would garble messages and lists of names; so would other encodings than UTF-8,
+ * whose letters become '?'. Cut at a character's start. */
 static void copy_clean(const char *wanted, char *out, size_t size) {
     size_t length = 0;
     for (; wanted[length] && length + 1 < size; length++)
@@ -17,6 +18,10 @@ static void copy_clean(const char *wanted, char *out, size_t size) {
     if (wanted[length])
         while (length > 0 && ((unsigned char)wanted[length] & 0xc0) == 0x80) length--;
     out[length] = '\0';
+    json_t *probe = json_string(out);
+    for (char *c = out; probe == NULL && *c; c++)
+        if ((unsigned char)*c >= 128) *c = '?';
+    json_decref(probe);
 }
 
 snell_status names_make_unique(name_set *names, int kind, const char *wanted, char *out) {
