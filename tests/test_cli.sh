@@ -2,7 +2,7 @@
 # The command as its users meet it: what it says, what it writes, how it ends. $1: the build folder.
 snell=$1/snell
 source_folder=$(cd "$(dirname "$0")/.." && pwd)
-[ -x "$snell" ] || { echo "SKIPPED: $snell is not built"; exit 0; }
+[ -x "$snell" ] || { echo "$snell is not built"; exit 1; }
 work=$(mktemp -d) || exit 1
 trap 'rm -rf "$work"' EXIT
 cd "$work" || exit 1
