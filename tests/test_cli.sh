@@ -1,6 +1,6 @@
 #!/bin/bash
 # The command as its users meet it: what it says, what it writes, how it ends. $1: the build folder.
-snell=$1/snell
+snell=$(cd "${1:?the build folder}" && pwd)/snell
 source_folder=$(cd "$(dirname "$0")/.." && pwd)
 [ -x "$snell" ] || { echo "$snell is not built"; exit 1; }
 work=$(mktemp -d) || exit 1
@@ -234,13 +234,13 @@ options_act() {
 
 programs() {
     cat >param.lua <<'LUA'
-local size = param("size", 1, "how large the ball is")
+local size = param("size", 1.5, "how large the ball is")
 camera { from = {0, 0, 5}, at = {0, 0, 0} }
 light.point { position = {2, 2, 4}, intensity = 50 }
 sphere { radius = size }
 LUA
     run 0 info param.lua
-    prints "size=1"
+    prints "size=1.5"
     prints "how large the ball is"
     run 0 info param.lua -D size=0.5
     prints "size=0.5"
