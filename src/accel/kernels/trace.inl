@@ -107,23 +107,25 @@ INLINE uint64_t stack_item(float entry, uint32_t reference) {
 /* Puts the children in `mask` (not empty) on the stack, the nearest last. Only speed depends on the
  * order; it is the same everywhere, so that counters are. */
 INLINE uint32_t push_children(uint64_t *stack, const bvh_node *node, f8 entry, unsigned mask) {
-    uint32_t count = (uint32_t)__builtin_popcount(mask);
-#if SIMD_AVX512
-    __m512i high = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm256_castps_si256(entry)), 32);
-    __m512i low = _mm512_cvtepu32_epi64(_mm256_loadu_si256((const __m256i *)node->child));
-    _mm512_storeu_si512(stack,
-                        _mm512_maskz_compress_epi64((__mmask8)mask, _mm512_or_si512(high, low)));
-#else
     float entries[BVH_WIDTH];
     f8_store(entries, entry);
-    for (uint32_t i = 0; mask != 0; i++, mask &= mask - 1) {
-        int child = __builtin_ctz(mask);
-        stack[i] = stack_item(entries[child], node->child[child]);
+    int first = __builtin_ctz(mask);
+    uint64_t a = stack_item(entries[first], node->child[first]);
+    mask &= mask - 1;
+    if (mask == 0) {
+        stack[0] = a;
+        return 1;
     }
-#endif
-    for (uint32_t i = 1; i < count; i++) {
-        uint64_t item = stack[i];
-        uint32_t j = i;
+    int second = __builtin_ctz(mask);
+    uint64_t b = stack_item(entries[second], node->child[second]);
+    mask &= mask - 1;
+    stack[0] = a > b ? a : b;
+    stack[1] = a > b ? b : a;
+    uint32_t count = 2;
+    for (; mask != 0; mask &= mask - 1, count++) {
+        int child = __builtin_ctz(mask);
+        uint64_t item = stack_item(entries[child], node->child[child]);
+        uint32_t j = count;
         for (; j > 0 && stack[j - 1] < item; j--) stack[j] = stack[j - 1];
         stack[j] = item;
     }
