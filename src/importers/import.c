@@ -67,7 +67,7 @@ snell_status import_file(const char *path, const char *format, const import_opti
         return unknown_format(format);
     }
     uint8_t first[FIRST_SIZE];
-    size_t size;
+    size_t size = 0;
     snell_status status = read_first(path, first, &size);
     if (status) return status;
     char extension[16];
