@@ -236,10 +236,9 @@ static inline rgb trace_ray(rig *r, snell_integrator integrator, snell_vec3 from
 static inline rgb trace_direction(rig *r, snell_integrator integrator, snell_vec3 from, double dx,
                                   double dy, double dz, uint32_t depth) {
     double far = 0x1p20;
-    return trace_ray(r, integrator, from,
-                     v3((double)from.x + far * dx, (double)from.y + far * dy,
-                        (double)from.z + far * dz),
-                     depth);
+    return trace_ray(
+        r, integrator, from,
+        v3((double)from.x + far * dx, (double)from.y + far * dy, (double)from.z + far * dz), depth);
 }
 
 static inline snell_render_stats stats_of(const rig *r) {
