@@ -307,8 +307,7 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
 }
 
 snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
-    if (s == NULL || out == NULL)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
     snell_scene *shared = (snell_scene *)(uintptr_t)s;
     pthread_mutex_lock(&shared->lock);
     bool uncommitted = !s->editing && s->frozen == NULL;

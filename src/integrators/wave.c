@@ -79,10 +79,17 @@ void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
     emit_radiance(w, r, dvec3_add(b->emission, dvec3_mul(b->ambient, w->settings.scene->ambient)));
 }
 
+/* In a transparent picture the camera sees through to nothing, or to as much of the background as the
+ * scene's alpha says. */
 void emit_background(wave *w, const path_ray *r) {
     const scene *s = w->settings.scene;
-    if (r->primary && w->settings.transparent) return;
-    emit_radiance(w, r, scene_background(s, dvec3_from(r->ray.d)));
+    dvec3 radiance = scene_background(s, dvec3_from(r->ray.d));
+    if (r->primary && w->settings.transparent) {
+        double alpha = s->background_alpha < 1 ? s->background_alpha : 0;
+        film_block_add_alpha(w->film, r->pixel, (double)r->weight.x * alpha);
+        radiance = dvec3_scale(radiance, alpha);
+    }
+    emit_radiance(w, r, radiance);
 }
 
 static void push_ray(wave *w, const path_ray *child) {
@@ -282,15 +289,13 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         if (b.alpha <= 0) return;
         r->weight = vec3_scale(r->weight, (float)b.alpha);
     }
-    if (r->primary) film_block_add_alpha(w->film, r->pixel, (double)r->weight.x);
+    if (r->primary && w->settings.transparent)
+        film_block_add_alpha(w->film, r->pixel, (double)r->weight.x);
     w->settings.integrator->hit(w, r, &p, &b);
 }
 
 static void handle_miss(wave *w, path_ray *r) {
     absorb(w, r, INFINITY);
-    if (r->primary && !w->settings.transparent)
-        film_block_add_alpha(w->film, r->pixel,
-                             (double)r->weight.x * w->settings.scene->background_alpha);
     w->settings.integrator->miss(w, r);
 }
 
@@ -319,42 +324,57 @@ static void trace_wave(wave *w, size_t count) {
 
 /* ---- camera rays ---- */
 
-static void push_camera_ray(wave *w, uint32_t x, uint32_t y, uint32_t pixel, uint32_t sample) {
+/* Walks over the samples of a block: every pixel's first sample, then every pixel's second, ... */
+typedef struct block_cursor {
+    uint32_t x0, y0, x1, y1, x, y, pixel, sample;
+} block_cursor;
+
+static void advance(block_cursor *c) {
+    c->pixel++;
+    if (++c->x < c->x1) return;
+    c->x = c->x0;
+    if (++c->y < c->y1) return;
+    c->y = c->y0;
+    c->pixel = 0;
+    c->sample++;
+}
+
+/* The next camera ray, into room that the pool has. */
+static void push_camera_ray(wave *w, const block_cursor *c) {
     const wave_settings *s = &w->settings;
     sample2 place = {0.5, 0.5};
-    if (!s->pixel_center)
-        place = sample_point(sample_stream(s->seed, x, y, PATH_CODE_CAMERA, SAMPLE_PIXEL), sample);
-    camera_sample at = {x + place.x, y + place.y, s->width, s->height};
+    if (!s->pixel_center) {
+        uint64_t stream = sample_stream(s->seed, c->x, c->y, PATH_CODE_CAMERA, SAMPLE_PIXEL);
+        place = sample_point(stream, c->sample);
+    }
+    camera_sample at = {c->x + place.x, c->y + place.y};
+    path_ray *r = &w->pool[w->pool_count++];
     vec3 o, d;
     s->camera->ray(&s->frame, &at, &o, &d);
-    w->pool[w->pool_count++] = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
-                                          .weight = {1, 1, 1},
-                                          .pixel = pixel,
-                                          .code = path_code_child(PATH_CODE_CAMERA, sample),
-                                          .media = s->camera_media,
-                                          .kind = RAY_CAMERA,
-                                          .primary = true};
+    *r = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
+                    .weight = {1, 1, 1},
+                    .pixel = c->pixel,
+                    .code = path_code_child(PATH_CODE_CAMERA, c->sample),
+                    .media = s->camera_media,
+                    .kind = RAY_CAMERA,
+                    .primary = true};
     w->stats.rays[RAY_CAMERA]++;
 }
 
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
                                film_block *block,
                                bool (*go_on)(void *user, const wave_stats *stats), void *user) {
-    uint64_t columns = x1 - x0, pixels = columns * (y1 - y0), next = 0,
-             end = pixels * w->settings.samples;
+    block_cursor next = {x0, y0, x1, y1, x0, y0, 0, 0};
     size_t size = w->settings.wave_size;
     film_block_clear(block);
     w->film = block;
     w->pool_count = w->shadow_count = 0;
     if (!ARRAY_GROW(w->pool, 0, w->pool_capacity, size)) return error_no_memory();
-    while (next < end || w->pool_count > 0) {
+    while (next.sample < w->settings.samples || w->pool_count > 0) {
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
          * starve the kernel. */
-        for (; next < end && w->pool_count < size; next++) {
-            uint32_t pixel = (uint32_t)(next % pixels), x = (uint32_t)(pixel % columns),
-                     y = (uint32_t)(pixel / columns);
-            push_camera_ray(w, x0 + x, y0 + y, pixel, (uint32_t)(next / pixels));
-        }
+        for (; next.sample < w->settings.samples && w->pool_count < size; advance(&next))
+            push_camera_ray(w, &next);
         size_t bite = w->pool_count > 2 * size ? SMALL_BITE : size;
         if (bite > size) bite = size;
         trace_wave(w, w->pool_count < bite ? w->pool_count : bite);

@@ -165,7 +165,7 @@ void scene_destroy(scene *s) {
 
 dvec3 scene_background(const scene *s, dvec3 direction) {
     if (!s->has_gradient) return s->background;
-    double t = clamp01((1 + direction.y / dvec3_length(direction)) / 2);
+    double t = clamp01((1 + direction.y) / 2);
     return dvec3_add(dvec3_scale(s->background, 1 - t), dvec3_scale(s->background_top, t));
 }
 

@@ -49,7 +49,7 @@ typedef struct scene_options {
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out);
 void scene_destroy(scene *s);
-dvec3 scene_background(const scene *s, dvec3 direction); /* direction: any length */
+dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 
 /* Everything about a hit that shading needs, in the world. */
 typedef struct shade_point {
