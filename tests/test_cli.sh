@@ -365,7 +365,13 @@ input() {
     SNELL_THREAD=1 run 4 my.lua "${small[@]}" --strict
     absent my.png
     # the sanitizers' shadow memory needs more than any limit
-    ldd "$snell" | grep -qE 'lib[at]san' || run 0 my.lua "${small[@]}" --memory 2G
+    if ! ldd "$snell" | grep -qE 'lib[at]san'; then
+        run 0 my.lua "${small[@]}" --memory 2G
+        cp my.png before.png
+        run 6 my.lua -s 6000x6000 -n 1 --memory 64M
+        says "memory"
+        cmp -s my.png before.png || fail "a failed render changed the older picture"
+    fi
     SNELL_THREADS=1 SNELL_ISA=scalar run 0 my.lua "${small[@]}" --json
     prints '"threads": 1,'
     prints '"isa": "scalar",'
