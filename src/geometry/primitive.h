@@ -31,11 +31,13 @@ typedef struct surface {
     double error; /* bound on the distance, along n, between the true surface and what `intersect`
                      and the kernel see of it for a ray starting near p, besides the rounding of the
                      ray's own origin */
-    dvec3 n;      /* geometric normal, unit, outward (counter-clockwise front) */
-    dvec3 ns;     /* shading normal, unit, in n's hemisphere */
-    double u, v;  /* texture coordinates */
-    dvec3 tint;   /* vertex colour, linear; 1 without */
-    double alpha; /* vertex alpha; 1 without */
+    double curvature;       /* the largest, 1/m, where the surface bends away from n; 0 when flat.
+                         Always that in the shape's own space */
+    dvec3 n;                /* geometric normal, unit, outward (counter-clockwise front) */
+    dvec3 ns;               /* shading normal, unit, in n's hemisphere */
+    double u, v;            /* texture coordinates */
+    dvec3 tint;             /* vertex colour, linear; 1 without */
+    double alpha;           /* vertex alpha; 1 without */
     uint32_t material_slot; /* material index of the triangle; 0 */
 } surface;
 

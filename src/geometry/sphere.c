@@ -56,7 +56,8 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
     /* From an origin near p every term of the quadratic is at most r^2 and relatively exact to a
      * few roundings; so is the centre's subtraction. */
     double size = r + fabs(center.x) + fabs(center.y) + fabs(center.z);
-    *out = surface_make(p, n, 16 * DOUBLE_EPSILON * size);
+    *out = surface_make(p, n, 16 * DOUBLE_EPSILON * size + surface_shift_error(p, 1 / r));
+    out->curvature = 1 / r;
     double height = n.y < -1 ? -1 : n.y > 1 ? 1 : n.y;
     out->u = 0.5 + fn_atan2(n.x, n.z) / (2 * PI);
     out->v = 1 - fn_acos(height) / PI;
