@@ -404,6 +404,7 @@ static void clean(bench *b) {
 
 static bool make_scene(bench_scene *s, const char *name) {
     if (strcmp(name, "blob") == 0) return bench_scene_blob(s, 188, 188);
+    if (strcmp(name, "blob-1m") == 0) return bench_scene_blob(s, 752, 752);
     if (strcmp(name, "balls") == 0) return bench_scene_balls(s, 4);
     return bench_scene_obj(s, name);
 }
@@ -434,7 +435,7 @@ int main(int argc, char **argv) {
             names[count++] = argv[i];
         else
             die("usage: bench-kernel [--json] [--no-embree] [--size N] [--rounds N] "
-                "[--leaf-size N] [blob|balls|FILE.obj]...");
+                "[--leaf-size N] [blob|blob-1m|balls|FILE.obj]...");
     }
     if (s.json) printf("[");
     for (size_t i = 0; i < (count ? count : 2); i++) {
