@@ -99,6 +99,9 @@ static snell_status check_render(const snell_render_desc *r) {
 static snell_status choose_camera(const snell_scene *s, const snell_render_desc *r,
                                   perspective_desc *by_value, const camera_type **type,
                                   const void **desc) {
+    if (r->view && r->view->struct_size != sizeof *r->view)
+        return error_set(SNELL_ERR_VERSION, "compile against the library's own header",
+                         "snell_render: the view has another version's size");
     if (r->view) {
         *by_value = (perspective_desc){sizeof *by_value, r->view->from, r->view->at, r->view->up,
                                        r->view->fov};

@@ -81,6 +81,21 @@ static uint32_t instance_mask(const scene *s, const scene_instance *at) {
     return mask;
 }
 
+/* What is inside an instance: its material's medium, or that of the first slot that has one. */
+static void find_medium(const scene *s, scene_instance *at) {
+    uint32_t index = at->material;
+    const mesh_desc *mesh = at->type->intersect == NULL ? at->shape : NULL;
+    if (mesh && mesh->material_slots_count) {
+        index = mesh->materials[0].index1 - 1;
+        for (size_t i = 1; i < mesh->materials_count && !s->materials[index].type->inside; i++)
+            index = mesh->materials[i].index1 - 1;
+    }
+    const material *m = &s->materials[index];
+    at->has_medium = m->type->inside != NULL;
+    at->medium_material = index;
+    if (at->has_medium) at->inside = m->type->inside(m->desc);
+}
+
 static snell_status freeze_instances(scene *s, const description *d, accel_instance *out) {
     uint32_t count = 0;
     for (size_t i = 0; i < d->instance_count; i++) {
@@ -99,15 +114,13 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
             return error_set_at(SNELL_ERR_ARGUMENT, (source_place){shape->file, from->line, 0},
                                 "a scale of 0 squashes the shape flat",
                                 "%s: the transform cannot be inverted", shape->type->name);
-        const material *m = &s->materials[at->material];
-        at->has_medium = m->type->inside != NULL;
-        if (at->has_medium) at->inside = m->type->inside(m->desc);
+        find_medium(s, at);
         out[count] = (accel_instance){.geometry = from->shape,
                                       .mask = instance_mask(s, at),
                                       .identity = at->identity,
                                       .to_world = at->to_world,
                                       .to_local = at->to_local};
-        s->has_filters |= out[count].mask == MASK_FILTER;
+        s->has_filters |= out[count].mask == MASK_FILTER || at->has_medium;
         s->has_media |= at->has_medium;
         s->instance_ids[count++] = (uint32_t)i;
     }

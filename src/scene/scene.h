@@ -21,7 +21,8 @@ typedef struct scene_instance {
     bool identity;
     transform to_world, to_local;
     bool has_medium;
-    medium inside; /* of the instance's own material */
+    medium inside;            /* of its dielectric: a mesh of several has the first one's */
+    uint32_t medium_material; /* which that is */
 } scene_instance;
 
 typedef struct scene {
