@@ -158,19 +158,15 @@ static void everything_ends_soon(void **state) {
     static const char *const endless[] = {
         "while true do pcall(function() while true do pcall(error) end end) end",
         "local t = {} for i = 1, 1000000 do t[i] = i end while true do table.sort(t) end",
-        "local t = {} for i = 1, 200000 do t[i] = i end while true do table.concat(t) end",
         "local t = {} for i = 1, 100000 do t[i] = i end while true do next(t, 5) end",
         "local t = {} for i = 1, 100000 do t[i] = i end while true do table.insert(t, 1, 1) end",
-        "while true do table.move({}, 1, 10000000, 2) end",
-        "while true do local s = ('x'):rep(1000000) end",
-        "local a, b = ('x'):rep(500000) .. 'a', ('x'):rep(500000) .. 'b' while a < b do end",
         "local g = sphere {} for i = 1, 7 do local p = {} for k = 1, 100 do p[k] = g end g = "
         "group(p) end"};
     for (size_t i = 0; i < sizeof endless / sizeof endless[0]; i++) {
         double begin = seconds_now();
         assert_null(run(endless[i]));
         assert_int_equal(error_last()->line, 1);
-        assert_true(seconds_now() - begin < 60);
+        assert_true(seconds_now() - begin < 30);
     }
 }
 
@@ -539,8 +535,9 @@ static void random_numbers_are_fixed(void **state) {
     prints("local seen = {} for i = 1, 1000 do seen[math.random(-2, 2)] = true end\n"
            "local s = '' for k in pairs(seen) do s = s .. k .. ' ' end print(s)",
            "-2 -1 0 1 2 ");
-    /* the first outputs of SplitMix64 from state 1, divided by 2^64 and cut to 53 bits */
-    prints("print(math.random(), math.random())", "0.56656157517228\t0.74579847829193");
+    /* SplitMix64 from 1234567 begins with 6457827717110365317 and 3203168211198807973 */
+    prints("math.randomseed(1234567) print(math.random(), math.random())",
+           "0.35007954202141\t0.17364409667091");
 }
 
 static void pcall_catches_what_is_not_final(void **state) {

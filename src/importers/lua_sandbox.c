@@ -11,7 +11,7 @@
 #include "base/memory.h"
 #include "maths/functions.h"
 
-enum { HOOK_STEP = 1000, STRING_MAX = 1 << 20, CPU_SECONDS_MAX = 20 };
+enum { HOOK_STEP = 1000, STRING_MAX = 1 << 20, CPU_SECONDS_MAX = 10 };
 
 /* ---- memory and steps ---- */
 
@@ -168,6 +168,7 @@ static int string_rep(lua_State *L) {
     }
     if ((uint64_t)count > STRING_MAX / (size + between) + 1)
         scene_fail(L, SNELL_ERR_MEMORY, NULL, "string.rep: longer than %d MiB", STRING_MAX >> 20);
+    sandbox_charge(L, 4 * (uint64_t)count);
     luaL_Buffer out;
     luaL_buffinit(L, &out);
     for (lua_Integer i = 0; i < count; i++) {
@@ -214,7 +215,7 @@ static int base_next(lua_State *L) {
         lua_pushvalue(L, 4);
         lua_replace(L, 3);
     }
-    sandbox_charge(L, steps);
+    sandbox_charge(L, 8 * steps);
     lua_settop(L, 3);
     if (lua_isnil(L, 3)) return 1;
     lua_pushvalue(L, 3);
@@ -383,7 +384,7 @@ static int table_move(lua_State *L) {
         uint64_t count = (uint64_t)last - (uint64_t)first;
         if (count > 100000000)
             scene_fail(L, SNELL_ERR_SYNTAX, NULL, "table.move: too many elements");
-        sandbox_charge(L, count);
+        sandbox_charge(L, 4 * count);
     }
     lua_pushvalue(L, lua_upvalueindex(1));
     lua_insert(L, 1);
@@ -397,6 +398,7 @@ static int base_pcall(lua_State *L) {
     luaL_checkany(L, 1);
     bool done = lua_pcall(L, lua_gettop(L) - 1, LUA_MULTRET, 0) == LUA_OK;
     if (scene_of(L)->spent) fail_spent(L);
+    if (!done) sandbox_charge(L, 50);
     lua_pushboolean(L, done);
     lua_insert(L, 1);
     return lua_gettop(L);
@@ -566,8 +568,8 @@ static void open_table(lua_State *L) {
     int stock = lua_gettop(L);
     lua_newtable(L);
     keep(L, stock, kept);
-    wrap(L, stock, "insert", table_measured, 3, 4);
-    wrap(L, stock, "remove", table_measured, 2, 4);
+    wrap(L, stock, "insert", table_measured, 3, 24);
+    wrap(L, stock, "remove", table_measured, 2, 24);
     wrap(L, stock, "concat", table_measured, 1, 400);
     wrap(L, stock, "move", table_move, 0, 0);
     lua_pushcfunction(L, table_sort);
