@@ -189,10 +189,10 @@ static inline snell_shape_id add_mesh(rig *r, const snell_vec3 *positions, size_
 /* ---- pictures ---- */
 
 /* A render that decides everything: one sample through the centre, nothing dropped. */
-static inline snell_render_desc picture(snell_integrator integrator, uint32_t width,
-                                        uint32_t height, uint32_t depth) {
+static inline snell_render_desc picture(snell_integrator policy, uint32_t width, uint32_t height,
+                                        uint32_t depth) {
     return (snell_render_desc){.struct_size = sizeof(snell_render_desc),
-                               .integrator = integrator,
+                               .integrator = policy,
                                .width = width,
                                .height = height,
                                .samples = 1,
@@ -223,9 +223,9 @@ static inline rgb pixel_at(const rig *r, uint32_t x, uint32_t y) {
 }
 
 /* What one ray brings home, by a picture of one pixel. The scene is committed already. */
-static inline rgb trace_ray(rig *r, snell_integrator integrator, snell_vec3 from, snell_vec3 at,
+static inline rgb trace_ray(rig *r, snell_integrator policy, snell_vec3 from, snell_vec3 at,
                             uint32_t depth) {
-    snell_render_desc desc = picture(integrator, 1, 1, depth);
+    snell_render_desc desc = picture(policy, 1, 1, depth);
     snell_view view = look(from, at);
     desc.view = &view;
     MUST(snell_render(r->scene, &desc, r->film));
@@ -233,7 +233,7 @@ static inline rgb trace_ray(rig *r, snell_integrator integrator, snell_vec3 from
 }
 
 /* The same along a direction: `at` lies so far that rounding it does not turn the ray. */
-static inline rgb trace_direction(rig *r, snell_integrator integrator, snell_vec3 from, double dx,
+static inline rgb trace_direction(rig *r, snell_integrator policy, snell_vec3 from, double dx,
                                   double dy, double dz, uint32_t depth) {
     double far = 0x1p20;
     return trace_ray(
