@@ -237,7 +237,7 @@ static inline rgb trace_direction(rig *r, snell_integrator policy, snell_vec3 fr
                                   double dy, double dz, uint32_t depth) {
     double far = 0x1p20;
     return trace_ray(
-        r, integrator, from,
+        r, policy, from,
         v3((double)from.x + far * dx, (double)from.y + far * dy, (double)from.z + far * dz), depth);
 }
 
