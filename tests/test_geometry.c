@@ -573,6 +573,7 @@ static surface look_at(const primitive_type *type, const void *desc, dvec3 from,
     assert_true(type->intersect(desc, &beam, &found));
     surface out;
     type->surface(desc, &beam, &found, &out);
+    if (type->parametrise) type->parametrise(desc, &out);
     return out;
 }
 

@@ -1,9 +1,5 @@
 #include "geometry/surface.h"
 
-surface surface_make(dvec3 p, dvec3 n, double error) {
-    return (surface){.p = p, .error = error, .n = n, .ns = n, .tint = {1, 1, 1}, .alpha = 1};
-}
-
 /* x rounded to float, strictly beyond `from` in the direction of `step`; to nearest if step is 0.
  */
 static float round_beyond(double x, double from, double step) {

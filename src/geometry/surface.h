@@ -51,6 +51,8 @@ static inline double surface_shift_error(dvec3 p, double curvature) {
 }
 
 /* A surface with everything at its neutral value. */
-surface surface_make(dvec3 p, dvec3 n, double error);
+static inline surface surface_make(dvec3 p, dvec3 n, double error) {
+    return (surface){.p = p, .error = error, .n = n, .ns = n, .tint = {1, 1, 1}, .alpha = 1};
+}
 
 #endif

@@ -11,6 +11,22 @@
 extern const material_type material_lambert;
 static _Alignas(16) unsigned char default_material[512];
 
+/* Does it, or the material that it refers to (an earlier one), use a texture? */
+static bool is_textured(const scene *s, const object *o) {
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        const field *f = &o->type->fields[i];
+        const void *at = (const char *)o->desc + f->offset;
+        if ((f->kind == FIELD_INPUT || f->kind == FIELD_SCALAR) &&
+            ((const snell_input *)at)->texture.index1)
+            return true;
+        if (f->kind == FIELD_MATERIAL) {
+            uint32_t base = ((const snell_material_id *)at)->index1;
+            if (base && s->materials[base - 1].textured) return true;
+        }
+    }
+    return false;
+}
+
 static snell_status freeze_objects(scene *s, const description *d) {
     const object_list *textures = &d->objects[CATEGORY_TEXTURE];
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
@@ -30,7 +46,8 @@ static snell_status freeze_objects(scene *s, const description *d) {
         const object *o = &materials->items[i];
         const material_common *common = o->desc;
         bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1;
-        s->materials[i] = (material){(const material_type *)o->type, o->desc, opaque};
+        s->materials[i] =
+            (material){(const material_type *)o->type, o->desc, opaque, is_textured(s, o)};
     }
     for (size_t i = 0; i < lights->count; i++) {
         const object *o = &lights->items[i];
@@ -39,7 +56,7 @@ static snell_status freeze_objects(scene *s, const description *d) {
     _Static_assert(sizeof(material_common) + 64 <= sizeof default_material,
                    "room for the default material");
     desc_init(&material_lambert.info, default_material);
-    s->materials[materials->count] = (material){&material_lambert, default_material, true};
+    s->materials[materials->count] = (material){&material_lambert, default_material, true, false};
     return SNELL_OK;
 }
 
@@ -187,6 +204,8 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     local_ray beam = local_ray_make(r, &at->to_local, at->identity);
     surface here;
     at->type->surface(at->shape, &beam, h, &here);
+    if (at->type->parametrise && s->materials[at->material].textured)
+        at->type->parametrise(at->shape, &here);
     dvec3 local = here.p, local_n = here.n;
     if (!at->identity) surface_to_world(&here, &at->to_world, &at->to_local);
     uint32_t index = at->material;
