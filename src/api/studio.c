@@ -115,7 +115,10 @@ snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const c
     if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
     const description *d = s->description;
     bool has_background = description_setting(d, "background") != NULL;
-    bool has_light = d->objects[CATEGORY_LIGHT].count > 0 || description_has_emission(d) ||
+    /* What glows in a model lights nothing else in appel and whitted: a label must not leave the
+     * rest of the model in the dark. */
+    bool has_light = d->objects[CATEGORY_LIGHT].count > 0 ||
+                     (!d->is_model && description_has_emission(d)) ||
                      description_setting(d, "ambient");
     /* A scene program that says anything about light means it; a model's parts are filled in one by
      * one. */

@@ -268,7 +268,6 @@ static snell_status read_material(reader *r, const struct aiMaterial *m, uint32_
     if (aiGetMaterialString(m, AI_MATKEY_NAME, &name) == aiReturn_SUCCESS) k.name = name.data;
     if (k.name == NULL) k.name = "";
     aiGetMaterialIntegerArray(m, "$mat.illum", 0, 0, &k.illum, NULL);
-    bool is_obj = strcmp(r->extension, ".obj") == 0;
     snell_status status = find_texture(r, m, aiTextureType_DIFFUSE, USE_COLOR, &k.color.texture);
     if (!status && !k.color.texture.index1)
         status = find_texture(r, m, aiTextureType_BASE_COLOR, USE_COLOR, &k.color.texture);
@@ -281,8 +280,7 @@ static snell_status read_material(reader *r, const struct aiMaterial *m, uint32_
         k.color.value = (snell_vec3){1, 1, 1};
     k.specular.value = get_color(m, "$clr.specular", 0);
     k.emission.value = get_color(m, "$clr.emissive", 0);
-    /* libassimp multiplies OBJ's Ns by four. */
-    k.exponent = limited(get_float(m, "$mat.shininess", 0) / (is_obj ? 4 : 1), 0, 1e5);
+    k.exponent = limited(get_float(m, "$mat.shininess", 0), 0, 1e5);
     double ior = get_float(m, "$mat.refracti", 1.5);
     k.ior = ior > 1 && ior <= 10 ? ior : 1.5;
     return add_by_illum(r, &k, out);

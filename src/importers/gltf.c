@@ -244,8 +244,10 @@ static snell_status run(gltf *g) {
     if (!status) status = check_version(g);
     if (!status) status = check_extensions(g);
     if (!status) status = gltf_check_views(g);
+    if (!status) status = gltf_check_meaning(g);
     if (!status) status = prepare(g);
     if (!status) status = gltf_read_scene(g);
+    if (!status) status = gltf_check_unused_buffers(g);
     return status;
 }
 

@@ -2,6 +2,7 @@
  *
  *     gltf.c            container (.gltf, .glb), JSON, versions, extensions, the order of work
  *     gltf_schema.c     every property's type, range and reference, checked once, from tables
+ *     gltf_check.c      what holds between properties: attributes, targets, extensions
  *     gltf_buffers.c    buffers, views, accessors, images' bytes
  *     gltf_materials.c  textures and materials
  *     gltf_meshes.c     primitives, morph targets, skins
@@ -108,9 +109,12 @@ bool json_flag(const json_t *owner, const char *key);
 void json_numbers(const json_t *owner, const char *key, double *out, size_t count);
 
 snell_status gltf_check_schema(gltf *g);
+snell_status gltf_check_meaning(gltf *g);
 
 /* ---- buffers ---- */
 snell_status gltf_check_views(gltf *g); /* views lie in buffers, accessors in views */
+/* A buffer that nothing needed and that cannot be read: a warning. */
+snell_status gltf_check_unused_buffers(gltf *g);
 size_t gltf_accessor_count(const gltf *g, size_t index);
 unsigned gltf_accessor_components(const gltf *g, size_t index);
 /* All elements as floats (normalised integers become -1..1), `components` per element as the

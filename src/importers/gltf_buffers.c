@@ -284,6 +284,16 @@ static snell_status load_buffer(gltf *g, size_t index) {
     return SNELL_OK;
 }
 
+snell_status gltf_check_unused_buffers(gltf *g) {
+    for (size_t i = 0; i < json_count(g, "buffers"); i++) {
+        snell_status status = load_buffer(g, i);
+        if (status == SNELL_ERR_MEMORY) return status;
+        if (status) status = gltf_warn(g, "%s", error_last()->text);
+        if (status) return status;
+    }
+    return SNELL_OK;
+}
+
 /* The first byte at `offset` in a view; that it fits was checked. */
 static snell_status view_bytes(gltf *g, size_t index, size_t offset, const uint8_t **out) {
     const json_t *view = json_item(g, "bufferViews", index);

@@ -1,0 +1,174 @@
+/* What the specification asks of meshes, skins and extensions beyond the type of each property:
+ * checked for the whole file, drawn or not. What would make a wrong picture is an error, what would
+ * not is a warning. */
+#include "importers/gltf.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+typedef struct semantic {
+    const char *name;     /* "TEXCOORD_": any number follows */
+    const char *types[2]; /* of the accessor */
+} semantic;
+
+static const semantic semantics[] = {
+    {"POSITION", {"VEC3", "VEC3"}},  {"NORMAL", {"VEC3", "VEC3"}}, {"TANGENT", {"VEC4", "VEC3"}},
+    {"TEXCOORD_", {"VEC2", "VEC2"}}, {"COLOR_", {"VEC3", "VEC4"}}, {"JOINTS_", {"VEC4", "VEC4"}},
+    {"WEIGHTS_", {"VEC4", "VEC4"}}};
+
+static const semantic *find_semantic(const char *name) {
+    for (size_t i = 0; i < sizeof semantics / sizeof semantics[0]; i++) {
+        size_t length = strlen(semantics[i].name);
+        bool numbered = semantics[i].name[length - 1] == '_';
+        if (strncmp(name, semantics[i].name, length) != 0) continue;
+        if (!numbered && name[length] == '\0') return &semantics[i];
+        const char *digits = name + length;
+        bool plain =
+            digits[0] >= '0' && digits[0] <= '9' && digits[strspn(digits, "0123456789")] == 0;
+        if (numbered && plain && (digits[0] != '0' || digits[1] == '\0')) return &semantics[i];
+    }
+    return NULL;
+}
+
+/* One map of attributes: of a primitive, or of a morph target. count SIZE_MAX: the first decides. */
+static snell_status check_attributes(gltf *g, const json_t *map, const char *where, size_t *count) {
+    const char *name;
+    json_t *value;
+    json_object_foreach((json_t *)(uintptr_t)map, name, value) {
+        size_t accessor = (size_t)json_number_value(value),
+               elements = gltf_accessor_count(g, accessor);
+        const semantic *s = find_semantic(name);
+        const char *type = json_text(json_item(g, "accessors", accessor), "type");
+        char path[JSON_PATH_SIZE];
+        snprintf(path, sizeof path, "%.120s.%.60s", where, name);
+        snell_status status = SNELL_OK;
+        if (s == NULL && name[0] != '_')
+            status = gltf_warn(g, "%s: is no attribute that glTF knows", path);
+        else if (s && strcmp(type, s->types[0]) != 0 && strcmp(type, s->types[1]) != 0)
+            status = gltf_error(g, SNELL_ERR_SYNTAX, path, "accessors[%zu] must not be %s",
+                                accessor, type);
+        if (*count == SIZE_MAX) *count = elements;
+        if (!status && elements != *count)
+            status = gltf_error(g, SNELL_ERR_SYNTAX, path, "has %zu elements where others have %zu",
+                                elements, *count);
+        if (status) return status;
+    }
+    return SNELL_OK;
+}
+
+static snell_status check_indices(gltf *g, const json_t *primitive, const char *where) {
+    size_t accessor = json_index(primitive, "indices", SIZE_MAX);
+    if (accessor == SIZE_MAX) return SNELL_OK;
+    const json_t *a = json_item(g, "accessors", accessor);
+    size_t type = json_index(a, "componentType", 0);
+    bool fits = strcmp(json_text(a, "type"), "SCALAR") == 0 &&
+                (type == 5121 || type == 5123 || type == 5125) && !json_flag(a, "normalized");
+    if (fits) return SNELL_OK;
+    return gltf_error(g, SNELL_ERR_SYNTAX, where, "indices: accessors[%zu] holds no indices",
+                      accessor);
+}
+
+static snell_status check_primitive(gltf *g, const json_t *primitive, const char *where) {
+    size_t count = SIZE_MAX;
+    char inner[JSON_PATH_SIZE];
+    snprintf(inner, sizeof inner, "%.150s.attributes", where);
+    snell_status status = check_attributes(g, json_at(primitive, "attributes"), inner, &count);
+    if (!status) status = check_indices(g, primitive, where);
+    const json_t *targets = json_at(primitive, "targets");
+    for (size_t i = 0; i < json_array_size(targets) && !status; i++) {
+        const json_t *target = json_array_get(targets, i);
+        const char *name;
+        json_t *value;
+        snprintf(inner, sizeof inner, "%.150s.targets[%zu]", where, i);
+        status = check_attributes(g, target, inner, &count);
+        json_object_foreach((json_t *)(uintptr_t)target, name, value) {
+            if (!status && !json_at(json_at(primitive, "attributes"), name))
+                status = gltf_warn(g, "%s.%.60s: the primitive has no such attribute", inner, name);
+        }
+    }
+    return status;
+}
+
+static snell_status check_mesh(gltf *g, size_t index) {
+    const json_t *mesh = json_item(g, "meshes", index), *list = json_at(mesh, "primitives");
+    size_t targets = json_array_size(json_at(json_array_get(list, 0), "targets"));
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < json_array_size(list) && !status; i++) {
+        const json_t *primitive = json_array_get(list, i);
+        char where[JSON_PATH_SIZE];
+        snprintf(where, sizeof where, "meshes[%zu].primitives[%zu]", index, i);
+        status = check_primitive(g, primitive, where);
+        if (!status && json_array_size(json_at(primitive, "targets")) != targets)
+            status =
+                gltf_warn(g, "%s.targets: the mesh's primitives differ in their number", where);
+    }
+    const json_t *weights = json_at(mesh, "weights");
+    if (!status && weights && json_array_size(weights) != targets)
+        status = gltf_warn(g, "meshes[%zu].weights: %zu for %zu targets", index,
+                           json_array_size(weights), targets);
+    return status;
+}
+
+static snell_status check_node(gltf *g, size_t index) {
+    const json_t *node = json_item(g, "nodes", index), *weights = json_at(node, "weights");
+    if (weights == NULL) return SNELL_OK;
+    size_t mesh = json_index(node, "mesh", SIZE_MAX);
+    if (mesh == SIZE_MAX) return gltf_warn(g, "nodes[%zu].weights: without a mesh", index);
+    const json_t *first = json_array_get(json_at(json_item(g, "meshes", mesh), "primitives"), 0);
+    size_t targets = json_array_size(json_at(first, "targets"));
+    if (json_array_size(weights) == targets) return SNELL_OK;
+    return gltf_warn(g, "nodes[%zu].weights: %zu for %zu targets", index, json_array_size(weights),
+                     targets);
+}
+
+static snell_status check_skin(gltf *g, size_t index) {
+    size_t accessor = json_index(json_item(g, "skins", index), "inverseBindMatrices", SIZE_MAX);
+    if (accessor == SIZE_MAX || gltf_accessor_components(g, accessor) == 16) return SNELL_OK;
+    char where[JSON_PATH_SIZE];
+    snprintf(where, sizeof where, "skins[%zu].inverseBindMatrices", index);
+    return gltf_error(g, SNELL_ERR_SYNTAX, where, "accessors[%zu] must be MAT4", accessor);
+}
+
+/* ---- extensions that are used, but not declared ---- */
+
+static bool is_declared(const gltf *g, const char *name) {
+    const json_t *used = json_at(g->root, "extensionsUsed");
+    for (size_t i = 0; i < json_array_size(used); i++)
+        if (strcmp(json_string_value(json_array_get(used, i)), name) == 0) return true;
+    return false;
+}
+
+static snell_status check_declared(gltf *g, const json_t *extensions) {
+    const char *name;
+    json_t *value;
+    json_object_foreach((json_t *)(uintptr_t)extensions, name, value) {
+        snell_status status = SNELL_OK;
+        if (!is_declared(g, name)) status = gltf_warn(g, "%.100s: is not in extensionsUsed", name);
+        if (status) return status;
+    }
+    return SNELL_OK;
+}
+
+/* The parser bounds the depth of the JSON, and so the depth of this. */
+static snell_status walk_extensions(gltf *g, const json_t *value) {
+    snell_status status = SNELL_OK;
+    const char *key;
+    json_t *inner;
+    for (size_t i = 0; i < json_array_size(value) && !status; i++)
+        status = walk_extensions(g, json_array_get(value, i));
+    json_object_foreach((json_t *)(uintptr_t)value, key, inner) {
+        if (!status && strcmp(key, "extensions") == 0) status = check_declared(g, inner);
+        if (!status && (json_is_object(inner) || json_is_array(inner)))
+            status = walk_extensions(g, inner);
+    }
+    return status;
+}
+
+snell_status gltf_check_meaning(gltf *g) {
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < json_count(g, "meshes") && !status; i++) status = check_mesh(g, i);
+    for (size_t i = 0; i < json_count(g, "nodes") && !status; i++) status = check_node(g, i);
+    for (size_t i = 0; i < json_count(g, "skins") && !status; i++) status = check_skin(g, i);
+    return status ? status : walk_extensions(g, g->root);
+}
