@@ -416,6 +416,9 @@ static uint32_t number(const char *text, uint32_t low, uint32_t high) {
     return (uint32_t)value;
 }
 
+static const char usage[] = "usage: bench-kernel [--json] [--no-embree] [--size N] [--rounds N] "
+                            "[--leaf-size N] [blob|blob-1m|balls|FILE.obj]...";
+
 int main(int argc, char **argv) {
     settings s = {.size = 512, .rounds = 9, .embree = true};
     const char *names[16] = {"blob", "balls"};
@@ -433,9 +436,11 @@ int main(int argc, char **argv) {
             s.leaf_size = number(argv[++i], 1, 8);
         else if (argv[i][0] != '-' && count < 16)
             names[count++] = argv[i];
-        else
-            die("usage: bench-kernel [--json] [--no-embree] [--size N] [--rounds N] "
-                "[--leaf-size N] [blob|blob-1m|balls|FILE.obj]...");
+        else if (strcmp(argv[i], "--help") == 0) {
+            printf("%s\n", usage);
+            return 0;
+        } else
+            die(usage);
     }
     if (s.json) printf("[");
     for (size_t i = 0; i < (count ? count : 2); i++) {
