@@ -171,13 +171,10 @@ static snell_status try_walls(const char *path, description *d) {
 }
 
 static snell_status allocate(void) {
-    static char *volatile last; /* so that no compiler leaves it out */
-    for (size_t i = 0; i < 1u << 12; i++) {
-        char *memory = malloc(1 << 20);
+    for (size_t i = 0; i < 1u << 20; i++) {
+        char *volatile memory = malloc(1 << 20); /* volatile: clang leaves unused memory out */
         if (memory == NULL) return error_no_memory();
         memset(memory, 1, 1 << 20);
-        *(char **)(void *)memory = last;
-        last = memory;
     }
     return SNELL_OK;
 }
