@@ -262,6 +262,8 @@ snell_status snell_scene_set_background_gradient(snell_scene *s, snell_vec3 bott
                                                  snell_vec3 top) {
     background_desc desc;
     desc_init(&setting_background, &desc);
+    if (!(top.x >= 0 && top.y >= 0 && top.z >= 0)) /* in the table, -1 stands for no gradient */
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "background: 'top' cannot be negative");
     desc.color = bottom;
     desc.top = top;
     return set_setting(s, &setting_background, &desc);
