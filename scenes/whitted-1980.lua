@@ -1,34 +1,42 @@
--- A glass ball and a mirror ball over a checkered floor: the picture that made ray tracing known.
+-- A glass sphere and a mirror sphere over a checkered floor: the picture that started it
 --
--- After the title picture of Turner Whitted's "An Improved Illumination Model for Shaded Display" (1980).
--- Try:  -i appel               what 1968 saw: shadows, but neither mirrors nor glass
---       --max-depth 1, 2, 3    one more generation of the ray tree each time
---       -D ior=1.0             glass that bends nothing, or 2.417 for diamond
+-- After the picture of Turner Whitted, "An Improved Illumination Model for Shaded Display",
+-- Communications of the ACM 23(6), 1980: the first one in which a ray, where it hits something,
+-- sends out more rays. Look for three things in it:
+--   1. the mirror sphere shows the floor, the sky and the glass (reflected rays);
+--   2. the glass bends what is behind it (refracted rays), and mirrors the sky at its rim (Fresnel);
+--   3. shadows are sharp: one shadow ray to each point light. The bubble's shadow is pale, because
+--      a shadow ray is filtered by glass, straight through.
+-- Try:  snell whitted-1980.lua -i appel        1968: the same scene before there were ray trees
+--       snell whitted-1980.lua --max-depth 1   what is lost when the tree is cut
 
-local ior = param("ior", 1.5, "index of refraction of the glass ball")
+render { integrator = "whitted", width = 800, height = 600, samples = 16, max_depth = 10 }
 
-render { integrator = "whitted", width = 800, height = 600, samples = 16 }
+camera { from = {0.1, 1.5, 6.4}, at = {0.16, 1.18, 0}, fov = 37 }
 
-camera { from = {0, 1.75, 7.6}, at = {0.15, 1.02, 0}, fov = 36 }
+-- The sky: a gradient from straight down (color) to straight up (top).
+background { color = {0.62, 0.84, 1.1}, top = {0.01, 0.08, 0.42} }
 
--- The sky: from a bright horizon up to deep blue. Rays that hit nothing see it, so mirrors do too.
-background { color = {0.62, 0.76, 0.95}, top = {0.04, 0.14, 0.50} }
-ambient { color = 0.03 } -- fills the shadows a little; a constant, not physics
+-- Whitted's illumination model has a constant ambient term. It is the same on every surface,
+-- whatever its colour, so a little is enough: more makes everything grey.
+ambient { color = {0.012, 0.014, 0.02} }
+light.point { position = {5, 9, 6}, intensity = 480 }   -- the main light, over the right shoulder
+light.point { position = {-6, 7, 4}, intensity = 90 }   -- a weaker one: its shadows are the pale ones
 
--- The sun of this small world, and a weaker lamp from the left.
-light.directional { direction = {0.55, -1.0, -0.62}, irradiance = 2.6 }
-light.point { position = {-5, 4, 5}, intensity = 22 }
+-- The floor: a rectangle, as in the original, not a plane. Squares of one metre.
+local tiles = material.lambert {
+    color = texture.checker { "#e8c81e", "#c4161c", size = 1, map = "xz" },
+}
+quad { corner = {-7, 0, 4}, u = {14, 0, 0}, v = {0, 0, -24}, material = tiles, name = "floor" }
 
--- Squares of 85 cm, measured along x and z; the floor ends far away, where the sky begins.
-local tiles = texture.checker { {0.90, 0.66, 0.07}, {0.72, 0.05, 0.04}, size = 0.85, map = "xz" }
-quad { corner = {-17, 0, -34}, u = {0, 0, 42}, v = {34, 0, 0},
-       material = material.lambert { color = tiles } }
+-- A glass bubble: a sphere of glass with a sphere of air in it. Where two solids overlap, the one
+-- with the higher priority is there, so the air is cut out of the glass.
+local glass = material.dielectric { ior = 1.5, absorption = {0.25, 0.08, 0.12} }
+local air = material.dielectric { ior = 1, priority = 1 }
+local center = {-0.42, 1.62, 1.3}
+sphere { center = center, radius = 0.95, material = glass, name = "bubble" }
+sphere { center = center, radius = 0.86, material = air, name = "inside of the bubble" }
 
--- Glass: at every hit the ray splits into a reflected and a refracted ray, by Fresnel's formulas.
--- The little absorption is Beer's law: a trace of green where light travels far in it.
-sphere { name = "glass", center = {-0.62, 1.42, 2.3}, radius = 0.92,
-         material = material.dielectric { ior = ior, absorption = {0.06, 0.02, 0.04} } }
-
--- The mirror ball stands behind it, to the right.
-sphere { name = "mirror", center = {1.02, 0.98, 0.15}, radius = 0.98,
-         material = material.partial_mirror { color = {0.95, 0.93, 0.90}, specularity = 0.86 } }
+-- The second sphere is a mirror in part: s * Trace + (1 - s) * Direct.
+local mirror = material.partial_mirror { color = {0.9, 0.92, 0.97}, specularity = 0.88 }
+sphere { center = {0.98, 0.98, -0.75}, radius = 0.98, material = mirror, name = "mirror" }

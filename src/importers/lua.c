@@ -229,6 +229,11 @@ static int run(lua_State *L) {
     if (!pow_is_ours(L))
         scene_fail(L, SNELL_ERR_INTERNAL, "build snell-import as CMakeLists.txt does",
                    "this build's Lua computes x^y by the C library, which is not repeatable");
+    if (!sandbox_is_seeded(L) &&
+        description_add_message(s->d, SNELL_WARNING, s->path, 0, "docs/decisions has more",
+                                "this build's Lua is unknown: the length of a table with holes may "
+                                "differ between runs"))
+        scene_fail_last(L, NULL, NULL);
     nodes_open(L);
     transform_open(L);
     objects_open(L);

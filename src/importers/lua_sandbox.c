@@ -4,6 +4,7 @@
  * charged as steps. */
 #include "importers/lua_scene.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -20,6 +21,61 @@ static void count_hook(lua_State *L, lua_Debug *activation);
 static void spend(lua_scene *s) {
     s->spent = true;
     lua_sethook(s->L, count_hook, LUA_MASKCOUNT, 1);
+}
+
+/* Lua hashes strings with a seed made from the clock and from addresses. It shows in one place: the
+ * length of a table that has holes and named fields as well depends on how its keys collide. There
+ * is no function to choose the seed, so it is set in Lua's global state, after that was filled and
+ * before the first string is made: at the second allocation. The state is recognised by the
+ * allocator that it names, and everything before the seed must hold the values that lua_newstate
+ * gives it; otherwise nothing is touched. sandbox_is_seeded proves the effect. (lstate.h, Lua 5.4;
+ * docs/decisions/0006-lua-determinism.md) */
+static void set_seed(unsigned char *block, size_t size) {
+    enum {
+        POINTERS = 0,
+        TOTAL = 16,
+        DEBT = 24,
+        ATOMIC = 40,
+        STRINGS = 48,
+        REGISTRY_TYPE = 72,
+        NIL_VALUE = 80,
+        NIL_TYPE = 88,
+        SEED = 96,
+        END = 104
+    };
+    static const unsigned char zeros[16] = {0};
+    static const unsigned seed = 0x5ee11u;
+    for (size_t at = 0; at + END <= size; at += sizeof(void *)) {
+        const unsigned char *state = block + at;
+        lua_Alloc function;
+        size_t total;
+        memcpy(&function, state + POINTERS, sizeof function);
+        memcpy(&total, state + TOTAL, sizeof total);
+        if (function != sandbox_allocate || total != size) continue;
+        if (memcmp(state + DEBT, zeros, 8) == 0 && memcmp(state + ATOMIC, zeros, 8) == 0 &&
+            memcmp(state + STRINGS, zeros, 16) == 0 && state[REGISTRY_TYPE] == LUA_TNIL &&
+            memcmp(state + NIL_VALUE, zeros, 8) == 0 && state[NIL_TYPE] == LUA_TNUMBER)
+            memcpy(block + at + SEED, &seed, sizeof seed);
+        return;
+    }
+}
+
+/* With this seed, and no other, Lua walks a table of these keys in this order. */
+bool sandbox_is_seeded(lua_State *L) {
+    static const char *const keys[] = {"red",  "green", "blue", "cyan",
+                                       "pink", "gold",  "grey", "teal"};
+    char order[64] = "";
+    lua_createtable(L, 0, 8);
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        lua_pushboolean(L, true);
+        lua_setfield(L, -2, keys[i]);
+    }
+    for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1)) {
+        size_t used = strlen(order);
+        snprintf(order + used, sizeof order - used, "%s ", lua_tostring(L, -2));
+    }
+    lua_pop(L, 1);
+    return strcmp(order, "cyan teal grey gold blue red green pink ") == 0;
 }
 
 /* Lua's allocator: also counts, since a step may copy megabytes. It must not raise errors; setting
@@ -42,6 +98,13 @@ void *sandbox_allocate(void *user, void *old, size_t old_size, size_t new_size) 
         return NULL;
     }
     s->memory = s->memory - had + new_size;
+    if (s->allocations == 0) {
+        s->first_block = got;
+        s->first_size = new_size;
+    } else if (s->allocations == 1) {
+        set_seed(s->first_block, s->first_size);
+    }
+    s->allocations++;
     s->work += new_size / 32;
     if (s->work > s->work_max && s->L && !s->spent) spend(s);
     return got;
