@@ -37,6 +37,11 @@ static snell_status check(const void *desc) {
     if (image->pixels_count != needed)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "image: %d x %d pixels need %zu bytes, not %zu",
                          image->width, image->height, needed, image->pixels_count);
+    const float *numbers = image->pixels;
+    for (size_t i = 0; image->format == RGBA32F && i < needed / sizeof *numbers; i++)
+        if (!isfinite(numbers[i]))
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "image: pixel %zu is not a finite number",
+                             i / 4);
     return SNELL_OK;
 }
 
