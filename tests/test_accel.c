@@ -300,7 +300,7 @@ static void the_winner_never_changes(void **state) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
     size_t batches = 3;
 #else
-    size_t batches = test_full() ? 2000 : 60;
+    size_t batches = test_full() ? 2000 : 40;
 #endif
     for (size_t scene = 0; scene < COUNT_OF(scenes); scene++) attack(scene, batches);
 }
