@@ -26,13 +26,10 @@ double fixed_to(fixed128 value) { return (double)value * 0x1p-80; }
 
 void film_block_clear(film_block *b) { memset(b, 0, sizeof *b); }
 
-/* Neither is beyond 2^126, so they can be added. A sum stays at its limit whatever the order of what
- * is added: light is not negative. */
+/* A sum stays at the largest number whatever the order of what is added: light is not negative. */
 static void add(fixed128 *sum, double value, uint64_t *overflows) {
-    const fixed128 limit = (fixed128)1 << 126;
-    *sum += fixed_from(value, overflows);
-    if (*sum <= limit && *sum >= -limit) return;
-    *sum = *sum > 0 ? limit : -limit;
+    if (!__builtin_add_overflow(*sum, fixed_from(value, overflows), sum)) return;
+    *sum = value < 0 ? -FIXED128_MAX : FIXED128_MAX;
     (*overflows)++;
 }
 

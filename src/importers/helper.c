@@ -52,7 +52,8 @@ static snell_status check_file(const char *path) {
         return error_set_at(SNELL_ERR_IO, place, "copy it to a file first",
                             "cannot read '%s': not a regular file", path);
     if (status.st_size == 0)
-        return error_set_at(SNELL_ERR_SYNTAX, place, NULL, "cannot read '%s': the file is empty", path);
+        return error_set_at(SNELL_ERR_SYNTAX, place, NULL, "cannot read '%s': the file is empty",
+                            path);
     return SNELL_OK;
 }
 

@@ -30,6 +30,7 @@ struct wave {
     hit *hits;
     uint8_t *blocked;
     film_block *film;
+    uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
     bool out_of_memory, stopped;
     bool (*go_on)(void *user, const wave_stats *stats);
     void *user;
@@ -375,10 +376,7 @@ static void advance(block_cursor *c) {
 static void push_camera_ray(wave *w, const block_cursor *c) {
     const wave_settings *s = &w->settings;
     sample2 place = {0.5, 0.5};
-    if (!s->pixel_center) {
-        uint64_t stream = sample_stream(s->seed, c->x, c->y, PATH_CODE_CAMERA, SAMPLE_PIXEL);
-        place = sample_point(stream, c->sample);
-    }
+    if (!s->pixel_center) place = sample_point(w->streams[c->pixel], c->sample);
     camera_sample at = {c->x + place.x, c->y + place.y};
     path_ray *r = &w->pool[w->pool_count++];
     vec3 o, d;
@@ -398,6 +396,9 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
                                film_block *block,
                                bool (*go_on)(void *user, const wave_stats *stats), void *user) {
     block_cursor next = {x0, y0, x1, y1, x0, y0, 0, 0};
+    for (block_cursor c = next; c.sample == 0; advance(&c))
+        w->streams[c.pixel] =
+            sample_stream(w->settings.seed, c.x, c.y, PATH_CODE_CAMERA, SAMPLE_PIXEL);
     size_t size = w->settings.wave_size;
     film_block_clear(block);
     w->film = block;
