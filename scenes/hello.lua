@@ -22,4 +22,4 @@ local red = material.lambert { color = {0.8, 0.15, 0.1} }
 local floor = material.lambert { color = 0.6 }
 
 sphere { center = {0, 0.8, 0}, radius = 0.8, material = red }
-plane { point = {0, 0, 0}, normal = {0, 1, 0}, material = floor }
+disk { center = {0, 0, 0}, normal = {0, 1, 0}, radius = 3.5, material = floor }

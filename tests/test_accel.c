@@ -297,7 +297,11 @@ static void the_winner_never_changes(void **state) {
     (void)state;
     for (size_t isa = 0; isa < COUNT_OF(isas); isa++)
         if (!accel_has_isa(isas[isa])) printf("%s: NOT TESTED\n", isa_names[isa]);
-    size_t batches = test_full() ? 2000 : 60;
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    size_t batches = 3;
+#else
+    size_t batches = test_full() ? 2000 : 40;
+#endif
     for (size_t scene = 0; scene < COUNT_OF(scenes); scene++) attack(scene, batches);
 }
 

@@ -50,6 +50,37 @@ static size_t count_leaks(const accel *a, snell_isa isa, const mesh_desc *mesh, 
     return leaks;
 }
 
+/* The same mesh turned, sheared and mirrored: rays are brought to it by a rounded transform. Aimed at
+ * what the transform makes of its edges and vertices. */
+static void nothing_leaks_from_an_instance(void **state) {
+    (void)state;
+    size_t count = test_full() ? 10000000 : 100000, leaks = 0;
+    const transform to_world = {
+        {{1.3f, -0.4f, 0.2f, 51}, {0.7f, 0.9f, -0.1f, -7}, {0.3f, 0.2f, -1.1f, 1003}}};
+    test_scene *s = scene_create();
+    mesh_desc *mesh = scene_add_uv_sphere(s, 200, 200, 2, centers[0]);
+    scene_add_instance(s, 0, &to_world);
+    accel *a = scene_build(s, 0, 0, NULL);
+    for (aim at = 0; at < AIM_COUNT; at++) {
+        rng r = {at + 100u};
+        size_t found = 0;
+        for (size_t i = 0; i < count; i++) {
+            ray local = choose_ray(mesh, centers[0], at, &r);
+            dvec3 o = transform_point(&to_world, dvec3_from(local.o));
+            dvec3 d = transform_vector(&to_world, dvec3_from(local.d));
+            ray world = ray_make(vec3_from(o), vec3_from(d), 0, INFINITY);
+            hit h;
+            accel_trace(a, SNELL_ISA_AUTO, &world, &h, 1, NULL);
+            found += h.instance == NO_ID;
+        }
+        printf("%zu rays at %s of an instance: %zu leaks\n", count, aim_names[at], found);
+        leaks += found;
+    }
+    accel_destroy(a);
+    scene_destroy(s);
+    assert_int_equal(leaks, 0);
+}
+
 static void nothing_leaks(void **state) {
     (void)state;
     size_t count = test_full() ? 10000000 : 100000, leaks = 0;
@@ -71,6 +102,7 @@ static void nothing_leaks(void **state) {
 }
 
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_leaks)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(nothing_leaks),
+                                       cmocka_unit_test(nothing_leaks_from_an_instance)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -262,7 +262,8 @@ typedef struct setting {
     any_desc desc;
     dvec3 at;
     double size;
-    long hits, misses, unclear, exits; /* counted, so that a test that tests nothing fails */
+    long hits, misses, unclear, exits,
+        instanced; /* counted, so that a test that tests nothing fails */
 } setting;
 
 static void setting_make(setting *s, double size, double offset) {
@@ -320,9 +321,11 @@ static void check_surface(const setting *s, const surface *at) {
     assert_true(at->error >= 0 && fabs(dvec3_length(at->n) - 1) < 1e-14);
     assert_true(dvec3_dot(at->n, at->ns) > 0);
     /* The point is on the surface as exactly as its own error says, which is next to nothing. */
-    assert_true(fabsl(s->subject->distance(&s->desc, wide_d(at->p))) <= at->error);
     double magnitude = fabs(at->p.x) + fabs(at->p.y) + fabs(at->p.z);
-    assert_true(at->error <= 1e-13 * (4 * magnitude + 100 * s->size));
+    double exact = 1e-13 * (4 * magnitude + 100 * s->size), ulp = 0x1p-23 * magnitude;
+    real distance = fabsl(s->subject->distance(&s->desc, wide_d(at->p)));
+    assert_true(distance <= at->error && distance <= exact);
+    assert_true(at->error <= exact + ulp * ulp * at->curvature);
     bounds3 box = s->type->bounds(&s->desc);
     assert_true(at->p.x >= (double)box.min.x && at->p.x <= (double)box.max.x);
     assert_true(at->p.y >= (double)box.min.y && at->p.y <= (double)box.max.y);
@@ -399,6 +402,11 @@ static void check_no_self_hit_in_instance(setting *s, const surface *at) {
     assert_true(transform_inverse(&to_world, &to_local));
     surface world = *at;
     surface_to_world(&world, &to_world, &to_local);
+    double norm = 0;
+    for (int i = 0; i < 9; i++)
+        norm += (double)to_local.m[i / 3][i % 3] * (double)to_local.m[i / 3][i % 3];
+    if (dvec3_length(world.p) * sqrt(norm) > 16384 * s->size) return; /* too far for floats */
+    s->instanced++;
     assert_true(fabs(dvec3_length(world.n) - 1) < 1e-14 && isfinite(world.error));
     vec3 d = vec3_from(direction());
     double side = dvec3_dot(world.n, dvec3_from(d));
@@ -475,8 +483,9 @@ static void every_shape_agrees_with_a_slow_solver(void **state) {
             check_no_self_hit(&s, &last);
             check_no_self_hit_in_instance(&s, &last);
         }
-        printf("%s: %ld hits, %ld misses, %ld too close to call, %ld exits\n", s.type->info.name,
-               s.hits, s.misses, s.unclear, s.exits);
+        printf("%s: %ld hits, %ld misses, %ld too close to call, %ld exits, %ld instanced\n",
+               s.type->info.name, s.hits, s.misses, s.unclear, s.exits, s.instanced);
+        assert_true(s.instanced > 10000);
         assert_true(s.hits > 10000 && s.misses > 20000 && s.unclear < 60000);
         if (!s.type->flat) assert_true(s.exits > 10000);
     }
@@ -564,6 +573,7 @@ static surface look_at(const primitive_type *type, const void *desc, dvec3 from,
     assert_true(type->intersect(desc, &beam, &found));
     surface out;
     type->surface(desc, &beam, &found, &out);
+    if (type->parametrise) type->parametrise(desc, &out);
     return out;
 }
 
@@ -848,6 +858,36 @@ static void a_ray_that_leaves_a_floor_meets_no_neighbour(void **state) {
     assert_true(tested > 500000 && edge_on < 100);
 }
 
+/* Guards against an origin that steps beyond p along n, but is rounded so far along the surface that
+ * the sphere bends away under it: n lies along an axis on which p has a small coordinate. */
+static void inside_a_far_small_sphere_the_origin_stays_inside(void **state) {
+    (void)state;
+    random_state = 11;
+    setting s = {.type = primitive_find("sphere")};
+    s.subject = subject_of(s.type);
+    for (int n = 0; n < 100000; n++) {
+        s.at = (dvec3){16384, between(-1, 1), between(-1, 1)};
+        s.size = 1;
+        desc_init(&s.type->info, &s.desc);
+        s.desc.sphere.center = vec3_from(s.at);
+        s.desc.sphere.radius = 0.1f;
+        dvec3 target = dvec3_from(s.desc.sphere.center);
+        target.y += 0.09;
+        target.x += 0.01 * between(-1, 1);
+        dvec3 from = target;
+        from.y += 1;
+        from.x += 0.01 * between(-1, 1);
+        local_ray beam = ray_between(from, target);
+        hit found;
+        if (!s.type->intersect(&s.desc, &beam, &found)) continue;
+        surface at;
+        s.type->surface(&s.desc, &beam, &found, &at);
+        check_no_self_hit(&s, &at);
+        check_no_self_hit_in_instance(&s, &at);
+    }
+    assert_true(s.exits > 50000);
+}
+
 static void the_next_origin_is_beyond(void **state) {
     (void)state;
     random_state = 3;
@@ -879,6 +919,7 @@ int main(void) {
         cmocka_unit_test(a_mesh_is_checked),
         cmocka_unit_test(a_point_on_a_mesh_is_blended),
         cmocka_unit_test(a_ray_that_leaves_a_floor_meets_no_neighbour),
+        cmocka_unit_test(inside_a_far_small_sphere_the_origin_stays_inside),
         cmocka_unit_test(the_next_origin_is_beyond),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

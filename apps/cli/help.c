@@ -193,40 +193,31 @@ int help_version(void) {
 
 /* ---- topics ---- */
 
+/* Name and kind, what values it may have, the default at the right edge; then what it is. */
 static void print_field(const snell_field_info *f) {
-    char about[256], facts[192] = "";
-    size_t used = 0;
-    if (f->unit[0] != '\0') used += (size_t)snprintf(facts, sizeof facts, "%s; ", f->unit);
-    if (f->range[0] != '\0') {
-        snprintf(facts + used, sizeof facts - used, "%s; ", f->range);
-        used = strlen(facts);
-    }
-    if (f->default_value[0] != '\0')
-        snprintf(about, sizeof about, "[%s]", f->default_value);
-    else
-        about[0] = '\0';
-    printf("  %-16s  %-12s  ", f->name, f->kind);
-    size_t column = 34;
-    column = text_print_wrapped(stdout, f->help, column, 34, WIDTH);
-    if (used > 2) {
-        facts[strlen(facts) - 2] = '\0';
-        char bracketed[200];
-        snprintf(bracketed, sizeof bracketed, " (%s)", facts);
-        if (column + strlen(bracketed) > WIDTH) {
-            printf("\n%*s", 34, "");
-            column = 34;
+    char facts[256], initial[128] = "";
+    const char *const more[] = {f->range, f->unit};
+    snprintf(facts, sizeof facts, "  %-20s  %s", f->name, f->kind);
+    for (size_t i = 0; i < sizeof more / sizeof more[0]; i++) {
+        size_t used = strlen(facts);
+        if (more[i][0] == '\0') continue;
+        snprintf(facts + used, sizeof facts - used, ", ");
+        /* A choice reads "a | b". */
+        for (const char *c = more[i]; *c != '\0'; c++) {
+            used = strlen(facts);
+            snprintf(facts + used, sizeof facts - used, *c == '|' ? " | " : "%c", *c);
         }
-        fputs(column == 34 ? bracketed + 1 : bracketed, stdout);
-        column += strlen(bracketed);
     }
-    if (about[0] != '\0') {
-        if (column + 1 + strlen(about) > WIDTH) {
-            putchar('\n');
-            column = 0;
-        }
-        size_t length = strlen(about);
-        printf("%*s", length + column < WIDTH ? (int)(WIDTH - column) : 0, about);
+    if (f->default_value[0] != '\0') snprintf(initial, sizeof initial, "[%s]", f->default_value);
+    size_t column = strlen(facts), length = strlen(initial);
+    fputs(facts, stdout);
+    if (length > 0) {
+        bool fits = column + 1 + length <= WIDTH;
+        if (!fits) putchar('\n');
+        printf("%*s", (int)(WIDTH - (fits ? column : 0)), initial);
     }
+    printf("\n%*s", MAIN_COLUMN + 2, "");
+    text_print_wrapped(stdout, f->help, MAIN_COLUMN + 2, MAIN_COLUMN + 2, WIDTH);
     putchar('\n');
 }
 

@@ -17,6 +17,8 @@ static void input_name(const char *input, const char **name, size_t *length) {
     if (strcmp(input, "-") == 0) input = "stdin";
     const char *slash = strrchr(input, '/');
     *name = slash != NULL ? slash + 1 : input;
+    if (**name == '\0')
+        *name = "picture"; /* "folder/": reading it will fail with its own message */
     const char *dot = strrchr(*name, '.');
     *length = dot != NULL && dot != *name ? (size_t)(dot - *name) : strlen(*name);
 }

@@ -140,17 +140,14 @@ static int choose_camera(job *j, uint32_t count) {
         j, snell_scene_get_camera(j->scene, (uint32_t)(number - 1), &info, &j->desc.camera));
 }
 
-/* Frames everything, for --view and for files without a camera. */
+/* Frames everything, for --view and for files without a camera; where there are only planes, a
+ * box around the origin. */
 static int frame_all(job *j) {
     const render_values *v = j->values;
     const float *at = v->has_view ? v->view : default_view;
     snell_bounds bounds;
     int code = status_of(j, snell_scene_bounds(j->scene, &bounds));
     if (code != EXIT_DONE) return code;
-    if (!(bounds.min.x <= bounds.max.x)) {
-        return report_error(EXIT_INPUT, "give the scene a camera, and look without --view",
-                            "%s: there is nothing that could be framed", session_label(j->input));
-    }
     j->view = SNELL_INIT(view);
     j->view.fov = v->fov > 0 ? v->fov : default_fov;
     float aspect = (float)j->desc.width / (float)j->desc.height;
@@ -197,7 +194,9 @@ static void say_added(job *j, bool own_camera) {
     snprintf(j->added, sizeof j->added, "%s%s%s", own_camera ? "" : "camera",
              own_camera || studio[0] == '\0' ? "" : ", ", studio);
     if (j->added[0] != '\0') {
-        report_note("added: %s (%s has none)", j->added, session_label(j->input));
+        const char *slash = strrchr(j->input, '/');
+        report_note("added: %s (%s has none)", j->added,
+                    session_label(slash != NULL && slash[1] != '\0' ? slash + 1 : j->input));
     }
 }
 
@@ -228,6 +227,10 @@ static int prepare(job *j) {
     snell_scene_stats stats = {.struct_size = sizeof stats};
     int code = status_of(j, snell_scene_get_stats(j->scene, &stats));
     bool own_camera = stats.camera_count > 0;
+    if (code == EXIT_DONE && stats.instance_count == 0 && !own_camera) {
+        code = report_error(EXIT_INPUT, "it has neither shapes nor a camera",
+                            "%s: there is nothing to see", session_label(j->input));
+    }
     if (code == EXIT_DONE) code = apply_settings(j);
     if (code == EXIT_DONE) code = choose_camera(j, stats.camera_count);
     if (code == EXIT_DONE) code = choose_view(j, own_camera);

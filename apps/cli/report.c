@@ -138,7 +138,8 @@ static void print_message(const char *kind, const shown *m) {
     report_lock();
     progress_clear();
     fprintf(stderr, "%ssnell:%s ", paint, *paint != '\0' ? "\033[0m" : "");
-    if (m->file[0] != '\0') {
+    /* "x.lua: cannot open 'x.lua'" would name it twice. */
+    if (m->file[0] != '\0' && (m->line > 0 || strstr(m->text, m->file) == NULL)) {
         text_print_safe(stderr, m->file);
         if (m->line > 0) fprintf(stderr, ":%u", m->line);
         if (m->line > 0 && m->column > 0) fprintf(stderr, ":%u", m->column);

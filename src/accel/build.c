@@ -2,8 +2,9 @@
  * child of largest area until there are eight (Wald, On fast Construction of SAH-based Bounding
  * Volume Hierarchies, 2007, for the bins; Wald, Benthin, Boulos, Getting Rid of Packets, 2008, for
  * wide nodes). Every choice depends only on the references in their order, never on threads: the
- * upper part is built serially until ranges are small, each small range is one task with arrays of
- * its own, and these are joined in order. */
+ * upper part is built node by node, all threads looking at its references in chunks of fixed size,
+ * until ranges are small; each small range is one task with arrays of its own, and these are joined
+ * in order. */
 #include "accel/build.h"
 
 #include <float.h>
@@ -13,7 +14,13 @@
 
 #include "base/memory.h"
 
-enum { BIN_COUNT = 16, TASK_SIZE_MIN = 2048, TASKS_WANTED = 64 };
+enum {
+    BIN_COUNT = 16,
+    TASKS_WANTED = 64,
+    TASK_SIZE_MIN = 2048,
+    CHUNK_SIZE = 65536,        /* references that one thread looks at when all sweep a range */
+    TASK_SIZE_MAX = CHUNK_SIZE /* so that tasks, which run on one thread, never sweep together */
+};
 
 typedef struct range {
     size_t begin, count;
@@ -38,12 +45,34 @@ typedef struct task {
     part part;
 } task;
 
+typedef struct binning {
+    double low[3], scale[3]; /* scale 0: the axis cannot be split */
+} binning;
+
+typedef struct split {
+    int axis;     /* -1: none */
+    uint32_t bin; /* the first bin of the right side */
+} split;
+
+typedef struct bin {
+    bounds3 box;
+    size_t count;
+} bin;
+
+/* What one chunk of a range holds. */
+typedef struct chunk {
+    bin bins[3][BIN_COUNT];
+    bounds3 box, centers;
+} chunk;
+
 typedef struct builder {
     const build_job *job;
     size_t task_size; /* ranges of at most this many become tasks */
     task *tasks;
     size_t task_count, task_capacity;
-    bool reports; /* worker 0 is the caller of accel_build */
+    bool reports;      /* worker 0 is the caller of accel_build */
+    thread_pool *pool; /* may be NULL */
+    chunk *chunks;     /* for sweeps over ranges of more than CHUNK_SIZE */
 } builder;
 
 /* ---- geometry of references ---- */
@@ -60,7 +89,7 @@ static vec3 center_of(const build_reference *r) {
 
 static float axis_of(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
 
-static void measure(const builder *b, range *r) {
+static void measure_serially(const builder *b, range *r) {
     r->box = bounds3_empty();
     r->centers = bounds3_empty();
     const build_reference *references = b->job->references + r->begin;
@@ -88,20 +117,6 @@ build_reference *build_mesh_references(const mesh_desc *mesh, bounds3 *bounds) {
 
 /* ---- choosing a split ---- */
 
-typedef struct binning {
-    double low[3], scale[3]; /* scale 0: the axis cannot be split */
-} binning;
-
-typedef struct split {
-    int axis;     /* -1: none */
-    uint32_t bin; /* the first bin of the right side */
-} split;
-
-typedef struct bin {
-    bounds3 box;
-    size_t count;
-} bin;
-
 static binning make_binning(const bounds3 *centers) {
     binning g;
     for (int axis = 0; axis < 3; axis++) {
@@ -117,9 +132,14 @@ static uint32_t bin_of(const binning *g, int axis, vec3 center) {
     return index < BIN_COUNT ? index : BIN_COUNT - 1;
 }
 
-static void fill_bins(const builder *b, const range *r, const binning *g, bin bins[3][BIN_COUNT]) {
+static void clear_bins(bin bins[3][BIN_COUNT]) {
     for (int axis = 0; axis < 3; axis++)
         for (int i = 0; i < BIN_COUNT; i++) bins[axis][i] = (bin){bounds3_empty(), 0};
+}
+
+static void fill_bins_serially(const builder *b, const range *r, const binning *g,
+                               bin bins[3][BIN_COUNT]) {
+    clear_bins(bins);
     for (size_t i = 0; i < r->count; i++) {
         const build_reference *reference = &b->job->references[r->begin + i];
         vec3 center = center_of(reference);
@@ -129,6 +149,67 @@ static void fill_bins(const builder *b, const range *r, const binning *g, bin bi
             to->count++;
         }
     }
+}
+
+/* ---- sweeps: a long range is looked at in chunks, by all threads ---- */
+
+typedef struct sweep {
+    const builder *builder;
+    const range *range;
+    const binning *binning; /* NULL: measure */
+} sweep;
+
+static void sweep_chunk(void *data, size_t index, uint32_t worker) {
+    (void)worker;
+    const sweep *s = data;
+    chunk *c = &s->builder->chunks[index];
+    size_t skipped = index * CHUNK_SIZE, left = s->range->count - skipped;
+    range r = {.begin = s->range->begin + skipped, .count = left < CHUNK_SIZE ? left : CHUNK_SIZE};
+    if (s->binning) {
+        fill_bins_serially(s->builder, &r, s->binning, c->bins);
+        return;
+    }
+    measure_serially(s->builder, &r);
+    c->box = r.box;
+    c->centers = r.centers;
+}
+
+/* Returns the number of chunks, whose results are to be merged in order. */
+static size_t run_sweep(sweep *s) {
+    size_t count = (s->range->count + CHUNK_SIZE - 1) / CHUNK_SIZE;
+    if (s->builder->pool) thread_pool_run(s->builder->pool, count, sweep_chunk, s);
+    for (size_t i = 0; i < count && !s->builder->pool; i++) sweep_chunk(s, i, 0);
+    return count;
+}
+
+static void measure(const builder *b, range *r) {
+    if (r->count <= CHUNK_SIZE) {
+        measure_serially(b, r);
+        return;
+    }
+    size_t count = run_sweep(&(sweep){b, r, NULL});
+    r->box = bounds3_empty();
+    r->centers = bounds3_empty();
+    for (size_t i = 0; i < count; i++) {
+        r->box = bounds3_union(r->box, b->chunks[i].box);
+        r->centers = bounds3_union(r->centers, b->chunks[i].centers);
+    }
+}
+
+static void fill_bins(const builder *b, const range *r, const binning *g, bin bins[3][BIN_COUNT]) {
+    if (r->count <= CHUNK_SIZE) {
+        fill_bins_serially(b, r, g, bins);
+        return;
+    }
+    size_t count = run_sweep(&(sweep){b, r, g});
+    clear_bins(bins);
+    for (size_t i = 0; i < count; i++)
+        for (int axis = 0; axis < 3; axis++)
+            for (int j = 0; j < BIN_COUNT; j++) {
+                const bin *from = &b->chunks[i].bins[axis][j];
+                bins[axis][j].box = bounds3_union(bins[axis][j].box, from->box);
+                bins[axis][j].count += from->count;
+            }
 }
 
 /* What a side costs: its area times the leaves it needs. */
@@ -258,6 +339,9 @@ static uint32_t make_children(const builder *b, const range *r, range children[B
         if (largest < 0) break;
         range parent = children[chosen];
         split_range(b, &parent, &children[chosen], &children[count++]);
+        /* Long ranges are split on the caller's thread: a cancel shall not wait for the node. */
+        if (b->reports && parent.count > CHUNK_SIZE && !build_progress_report(b->job->progress))
+            break;
     }
     for (uint32_t i = count; b->job->seed && i > 1; i--) { /* Fisher and Yates */
         uint32_t h = scramble(b->job->seed + scramble((uint32_t)r->begin * 31 + i));
@@ -287,6 +371,7 @@ static uint32_t add_node(builder *b, part *p, const range *r, uint32_t level, bo
     uint32_t index = (uint32_t)p->node_count++;
     range children[BVH_WIDTH];
     uint32_t count = make_children(b, r, children);
+    if (upper && atomic_load(&b->job->progress->stop)) p->failed = true;
     bvh_node node = {0};
     bounds3 empty = bounds3_empty();
     for (uint32_t i = 0; i < BVH_WIDTH; i++) {
@@ -392,7 +477,8 @@ void build_tree_free(bvh_tree *tree) {
 }
 
 /* Serially, then the tasks; false on failure. */
-static bool build_parts(builder *b, part *upper, const range *all, thread_pool *pool) {
+static bool build_parts(builder *b, part *upper, const range *all) {
+    thread_pool *pool = b->pool;
     bool instances = b->job->mesh == NULL;
     if (!instances && all->count <= b->job->leaf_size) {
         upper->root = add_leaf(b, upper, all);
@@ -407,28 +493,35 @@ static bool build_parts(builder *b, part *upper, const range *all, thread_pool *
     return true;
 }
 
+static bool build_whole(builder *b, bvh_tree *out) {
+    range all = {.begin = 0, .count = b->job->count};
+    if (all.count > CHUNK_SIZE) {
+        b->chunks = memory_resize(NULL, all.count / CHUNK_SIZE + 1, sizeof *b->chunks);
+        if (b->chunks == NULL) return false;
+    }
+    measure(b, &all);
+    part upper = {0};
+    bool ok = build_parts(b, &upper, &all) && join(b, &upper, out);
+    out->bounds = all.box;
+    free_part(&upper);
+    for (size_t i = 0; i < b->task_count; i++) free_part(&b->tasks[i].part);
+    free(b->tasks);
+    free(b->chunks);
+    return ok;
+}
+
 snell_status build_tree(const build_job *job, thread_pool *pool, bool reports, bvh_tree *out) {
     *out = (bvh_tree){0};
-    builder b = {.job = job, .task_size = job->count / TASKS_WANTED, .reports = reports};
+    builder b = {
+        .job = job, .task_size = job->count / TASKS_WANTED, .reports = reports, .pool = pool};
     if (b.task_size < TASK_SIZE_MIN) b.task_size = TASK_SIZE_MIN;
-    range all = {.begin = 0, .count = job->count};
-    measure(&b, &all);
-    part upper = {0};
-    bool ok = build_parts(&b, &upper, &all, pool) && join(&b, &upper, out);
-    if (ok)
-        out->bounds = all.box;
-    else
-        build_tree_free(out);
-    free_part(&upper);
-    for (size_t i = 0; i < b.task_count; i++) free_part(&b.tasks[i].part);
-    free(b.tasks);
+    if (b.task_size > TASK_SIZE_MAX) b.task_size = TASK_SIZE_MAX;
+    bool ok = build_whole(&b, out);
     if (b.task_count == 0) {
         atomic_fetch_add(&job->progress->done, job->count);
         if (reports) build_progress_report(job->progress);
     }
-    if (atomic_load(&job->progress->stop)) {
-        build_tree_free(out);
-        return SNELL_CANCELLED;
-    }
-    return ok ? SNELL_OK : SNELL_ERR_MEMORY;
+    bool stopped = atomic_load(&job->progress->stop);
+    if (stopped || !ok) build_tree_free(out);
+    return stopped ? SNELL_CANCELLED : ok ? SNELL_OK : SNELL_ERR_MEMORY;
 }

@@ -33,6 +33,11 @@ static snell_status find_integrator(snell_integrator which, const integrator **o
     return SNELL_OK;
 }
 
+static bool has_clear_background(const description *d) {
+    const object *background = description_setting(d, "background");
+    return background && ((const background_desc *)background->desc)->alpha < 1;
+}
+
 snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
                                   snell_render_desc *out) {
     if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
@@ -56,6 +61,7 @@ snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
         .max_depth = same && r->max_depth >= 0 ? (uint32_t)r->max_depth : depth,
         .min_weight = r->min_weight >= 0 ? r->min_weight : DEFAULT_MIN_WEIGHT,
         .pixel_center = r->pixel_center,
+        .transparent = has_clear_background(s->description),
         .seed = (uint64_t)r->seed};
     return SNELL_OK;
 }
@@ -93,6 +99,9 @@ static snell_status check_render(const snell_render_desc *r) {
 static snell_status choose_camera(const snell_scene *s, const snell_render_desc *r,
                                   perspective_desc *by_value, const camera_type **type,
                                   const void **desc) {
+    if (r->view && r->view->struct_size != sizeof *r->view)
+        return error_set(SNELL_ERR_VERSION, "compile against the library's own header",
+                         "snell_render: the view has another version's size");
     if (r->view) {
         *by_value = (perspective_desc){sizeof *by_value, r->view->from, r->view->at, r->view->up,
                                        r->view->fov};
@@ -135,7 +144,7 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
     if (status) return status;
     const scene *frozen = s->frozen;
     camera_frame frame;
-    camera->prepare(camera_desc, &frame);
+    camera->prepare(camera_desc, r->width, r->height, &frame);
     bool crop = r->crop_width > 0;
     render_options options = {
         .wave = {.scene = frozen,

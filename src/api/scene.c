@@ -262,6 +262,8 @@ snell_status snell_scene_set_background_gradient(snell_scene *s, snell_vec3 bott
                                                  snell_vec3 top) {
     background_desc desc;
     desc_init(&setting_background, &desc);
+    if (!(top.x >= 0 && top.y >= 0 && top.z >= 0)) /* in the table, -1 stands for no gradient */
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "background: 'top' cannot be negative");
     desc.color = bottom;
     desc.top = top;
     return set_setting(s, &setting_background, &desc);
@@ -307,8 +309,7 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
 }
 
 snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
-    if (s == NULL || out == NULL)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
     snell_scene *shared = (snell_scene *)(uintptr_t)s;
     pthread_mutex_lock(&shared->lock);
     bool uncommitted = !s->editing && s->frozen == NULL;

@@ -5,23 +5,23 @@
 #include "base/field.h"
 #include "maths/vec.h"
 
-/* x, y: place in the whole picture in pixels from the top left corner; width, height: its size in
- * pixels. */
+/* A place in the whole picture, in pixels from its top left corner. */
 typedef struct camera_sample {
-    double x, y, width, height;
+    double x, y;
 } camera_sample;
 
 /* A camera made ready: where it is, its axes, and what its own ray function needs. */
 typedef struct camera_frame {
     vec3 position;
-    dvec3 forward, right, up; /* perspective: right and up reach half the picture's height at 1 m */
+    /* Perspective: the direction of the top left corner, and the steps to the next column and row. */
+    dvec3 corner, right, down;
 } camera_frame;
 
 typedef struct camera_type {
     type_info info;
     snell_status (*check)(const void *desc);
     /* What all rays of a picture share. */
-    void (*prepare)(const void *desc, camera_frame *out);
+    void (*prepare)(const void *desc, uint32_t width, uint32_t height, camera_frame *out);
     void (*ray)(const camera_frame *frame, const camera_sample *sample, vec3 *o,
                 vec3 *d); /* d: unit, rounded */
 } camera_type;

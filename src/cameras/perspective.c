@@ -19,20 +19,24 @@ static snell_status check(const void *desc) {
     return SNELL_OK;
 }
 
-static void prepare(const void *desc, camera_frame *out) {
+static void prepare(const void *desc, uint32_t width, uint32_t height, camera_frame *out) {
     const perspective_desc *c = desc;
     dvec3 forward = dvec3_normalize(dvec3_sub(dvec3_from(c->at), dvec3_from(c->from)));
     dvec3 right = dvec3_normalize(dvec3_cross(forward, dvec3_from(c->up)));
     dvec3 up = dvec3_cross(right, forward);
-    double half = fn_tan((double)c->fov / 2);
-    *out = (camera_frame){c->from, forward, dvec3_scale(right, half), dvec3_scale(up, half)};
+    double pixel = 2 * fn_tan((double)c->fov / 2) / height; /* its side at distance 1 */
+    dvec3 to_left = dvec3_scale(right, -pixel * width / 2),
+          to_top = dvec3_scale(up, pixel * height / 2);
+    *out = (camera_frame){.position = c->from,
+                          .corner = dvec3_add(forward, dvec3_add(to_left, to_top)),
+                          .right = dvec3_scale(right, pixel),
+                          .down = dvec3_scale(up, -pixel)};
 }
 
 static void make_ray(const camera_frame *frame, const camera_sample *s, vec3 *o, vec3 *d) {
-    double x = (2 * s->x - s->width) / s->height, y = (s->height - 2 * s->y) / s->height;
-    dvec3 across = dvec3_add(dvec3_scale(frame->right, x), dvec3_scale(frame->up, y));
+    dvec3 across = dvec3_add(dvec3_scale(frame->right, s->x), dvec3_scale(frame->down, s->y));
     *o = frame->position;
-    *d = vec3_from(dvec3_normalize(dvec3_add(frame->forward, across)));
+    *d = vec3_from(dvec3_normalize(dvec3_add(frame->corner, across)));
 }
 
 const camera_type camera_perspective = {

@@ -57,18 +57,24 @@ static bool intersect(const void *desc, const local_ray *beam, hit *found) {
 static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
     const disk_desc *disk = desc;
     dvec3 center = dvec3_from(disk->center), n = dvec3_normalize(dvec3_from(disk->normal));
-    dvec3 offset, along, across;
-    double t, r = disk->radius, inner = disk->inner_radius;
+    dvec3 offset;
+    double t, r = disk->radius;
     if (!solve(disk, beam, &t, &offset))
         offset = dvec3_sub(
             dvec3_add(dvec3_from(beam->o), dvec3_scale(dvec3_from(beam->d), found->t)), center);
     offset = dvec3_sub(offset, dvec3_scale(n, dvec3_dot(offset, n)));
     double size = 2 * r + fabs(center.x) + fabs(center.y) + fabs(center.z);
     *out = surface_make(dvec3_add(center, offset), n, 16 * DOUBLE_EPSILON * size);
-    dvec3_frame(n, &along, &across);
+}
+
+static void parametrise(const void *desc, surface *s) {
+    const disk_desc *disk = desc;
+    double r = disk->radius, inner = disk->inner_radius;
+    dvec3 offset = dvec3_sub(s->p, dvec3_from(disk->center)), along, across;
+    dvec3_frame(s->n, &along, &across);
     double turn = fn_atan2(dvec3_dot(offset, across), dvec3_dot(offset, along)) / (2 * PI);
-    out->u = turn < 0 ? turn + 1 : turn;
-    out->v = clamp01((dvec3_length(offset) - inner) / (r - inner));
+    s->u = turn < 0 ? turn + 1 : turn;
+    s->v = clamp01((dvec3_length(offset) - inner) / (r - inner));
 }
 
 extern const primitive_type primitive_disk;
@@ -79,4 +85,5 @@ const primitive_type primitive_disk = {
     .bounds = bounds,
     .intersect = intersect,
     .surface = fill_surface,
+    .parametrise = parametrise,
 };

@@ -31,11 +31,13 @@ typedef struct surface {
     double error; /* bound on the distance, along n, between the true surface and what `intersect`
                      and the kernel see of it for a ray starting near p, besides the rounding of the
                      ray's own origin */
-    dvec3 n;      /* geometric normal, unit, outward (counter-clockwise front) */
-    dvec3 ns;     /* shading normal, unit, in n's hemisphere */
-    double u, v;  /* texture coordinates */
-    dvec3 tint;   /* vertex colour, linear; 1 without */
-    double alpha; /* vertex alpha; 1 without */
+    double curvature;       /* the largest, 1/m, where the surface bends away from n; 0 when flat.
+                         Always that in the shape's own space */
+    dvec3 n;                /* geometric normal, unit, outward (counter-clockwise front) */
+    dvec3 ns;               /* shading normal, unit, in n's hemisphere */
+    double u, v;            /* texture coordinates */
+    dvec3 tint;             /* vertex colour, linear; 1 without */
+    double alpha;           /* vertex alpha; 1 without */
     uint32_t material_slot; /* material index of the triangle; 0 */
 } surface;
 
@@ -51,6 +53,9 @@ typedef struct primitive_type {
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
+    /* Sets u, v of a surface in the shape's own space, where that is work that only textures need;
+     * NULL: `surface` sets them. */
+    void (*parametrise)(const void *desc, surface *s);
     /* +1 inside, -1 outside: for closed shapes and half-spaces, to find the media around a point.
      * NULL: encloses nothing or a mesh. */
     int (*side)(const void *desc, dvec3 p);

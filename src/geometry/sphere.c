@@ -56,10 +56,15 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
     /* From an origin near p every term of the quadratic is at most r^2 and relatively exact to a
      * few roundings; so is the centre's subtraction. */
     double size = r + fabs(center.x) + fabs(center.y) + fabs(center.z);
-    *out = surface_make(p, n, 16 * DOUBLE_EPSILON * size);
-    double height = n.y < -1 ? -1 : n.y > 1 ? 1 : n.y;
-    out->u = 0.5 + fn_atan2(n.x, n.z) / (2 * PI);
-    out->v = 1 - fn_acos(height) / PI;
+    *out = surface_make(p, n, 16 * DOUBLE_EPSILON * size + surface_shift_error(p, 1 / r));
+    out->curvature = 1 / r;
+}
+
+static void parametrise(const void *desc, surface *s) {
+    (void)desc;
+    double height = s->n.y < -1 ? -1 : s->n.y > 1 ? 1 : s->n.y;
+    s->u = 0.5 + fn_atan2(s->n.x, s->n.z) / (2 * PI);
+    s->v = 1 - fn_acos(height) / PI;
 }
 
 static int side(const void *desc, dvec3 p) {
@@ -75,5 +80,6 @@ const primitive_type primitive_sphere = {
     .bounds = bounds,
     .intersect = intersect,
     .surface = fill_surface,
+    .parametrise = parametrise,
     .side = side,
 };

@@ -1,9 +1,5 @@
 #include "geometry/surface.h"
 
-surface surface_make(dvec3 p, dvec3 n, double error) {
-    return (surface){.p = p, .error = error, .n = n, .ns = n, .tint = {1, 1, 1}, .alpha = 1};
-}
-
 /* x rounded to float, strictly beyond `from` in the direction of `step`; to nearest if step is 0.
  */
 static float round_beyond(double x, double from, double step) {
@@ -40,6 +36,13 @@ void surface_to_world(surface *s, const transform *to_world, const transform *to
     double rounding = 2 * FLOAT_EPSILON * abs_dot(s->n, origin_terms) + 0x1p-149;
     dvec3 shift = {to_local->m[0][3], to_local->m[1][3], to_local->m[2][3]};
     rounding += 8 * DOUBLE_EPSILON * (abs_dot(s->n, shift) + abs_dot(s->n, origin_terms));
+    /* The origin is rounded in the world too; seen from the shape that is a shift of at most the
+     * Frobenius norm of to_local times as much. */
+    double norm_squared = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            norm_squared += (double)to_local->m[i][j] * (double)to_local->m[i][j];
+    rounding += norm_squared * surface_shift_error(p, s->curvature);
     double local_error = s->error + abs_dot(s->n, off) + rounding;
 
     dvec3 n = transform_normal(to_local, s->n);

@@ -19,9 +19,11 @@
  * Robust Method for Avoiding Self-Intersection, Ray Tracing Gems 2019, and Physically Based
  * Rendering 3.9.5.)
  *
- * The tangential shift is at most one ulp s of p per coordinate. On a sphere of radius r it lowers
- * the horizon by an angle s/r, but from the height h >= s a ray must dip by sqrt(2h/r) to come
- * back: it cannot, as long as s < 2r. */
+ * The tangential shift s of that rounding does no harm outside of a convex shape: the half-space
+ * above the tangent plane at p has nothing of it, and the ray stays there. Inside, where the surface
+ * bends towards the origin, the shift takes s^2 curvature / 2 of the distance: with p = (10000, 0, 0)
+ * and n = (0, 1, 0) that can be more than the step along n. A shape with a curvature has it in its
+ * error (surface_shift_error). */
 vec3 surface_offset_origin(const surface *s, double side);
 
 /* Brings a surface from the shape's own space to the world.
@@ -42,7 +44,15 @@ static inline bool surface_accept(const local_ray *beam, double t, float *out) {
     return rounded > beam->t_min && rounded < beam->t_max;
 }
 
+/* What the rounding of an origin near p (the directed one, up to an ulp per coordinate, and once more
+ * for that of the same origin in another space) may take from the distance to a curved surface. */
+static inline double surface_shift_error(dvec3 p, double curvature) {
+    return 4 * FLOAT_EPSILON * FLOAT_EPSILON * dvec3_dot(p, p) * curvature;
+}
+
 /* A surface with everything at its neutral value. */
-surface surface_make(dvec3 p, dvec3 n, double error);
+static inline surface surface_make(dvec3 p, dvec3 n, double error) {
+    return (surface){.p = p, .error = error, .n = n, .ns = n, .tint = {1, 1, 1}, .alpha = 1};
+}
 
 #endif

@@ -26,15 +26,25 @@ double fixed_to(fixed128 value) { return (double)value * 0x1p-80; }
 
 void film_block_clear(film_block *b) { memset(b, 0, sizeof *b); }
 
+/* Neither is beyond 2^126, so they can be added. A sum stays at its limit whatever the order of what
+ * is added: light is not negative. */
+static void add(fixed128 *sum, double value, uint64_t *overflows) {
+    const fixed128 limit = (fixed128)1 << 126;
+    *sum += fixed_from(value, overflows);
+    if (*sum <= limit && *sum >= -limit) return;
+    *sum = *sum > 0 ? limit : -limit;
+    (*overflows)++;
+}
+
 void film_block_add(film_block *b, uint32_t pixel, dvec3 radiance) {
     fixed128 *sum = b->sums[pixel];
-    sum[0] += fixed_from(radiance.x, &b->overflows);
-    sum[1] += fixed_from(radiance.y, &b->overflows);
-    sum[2] += fixed_from(radiance.z, &b->overflows);
+    add(&sum[0], radiance.x, &b->overflows);
+    add(&sum[1], radiance.y, &b->overflows);
+    add(&sum[2], radiance.z, &b->overflows);
 }
 
 void film_block_add_alpha(film_block *b, uint32_t pixel, double alpha) {
-    b->sums[pixel][3] += fixed_from(alpha, &b->overflows);
+    add(&b->sums[pixel][3], alpha, &b->overflows);
 }
 
 snell_status film_resize(film *f, uint32_t width, uint32_t height, uint32_t channels) {

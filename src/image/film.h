@@ -15,7 +15,8 @@ enum { FILM_BLOCK = 16 /* pixels on a side, aligned to the whole picture's corne
 
 typedef struct film_block {
     fixed128 sums[FILM_BLOCK * FILM_BLOCK][4]; /* red, green, blue, alpha */
-    uint64_t overflows; /* contributions that were not finite or over 2^46; they are left out */
+    uint64_t overflows; /* contributions that were not finite or over 2^46: they are left out; and
+                           sums beyond 2^46: they stay there */
 } film_block;
 
 /* value in units of 2^-80, or 0 with *overflows counted. */

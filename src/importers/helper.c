@@ -52,7 +52,7 @@ static snell_status check_file(const char *path) {
         return error_set_at(SNELL_ERR_IO, place, "copy it to a file first",
                             "cannot read '%s': not a regular file", path);
     if (status.st_size == 0)
-        return error_set_at(SNELL_ERR_IO, place, NULL, "cannot read '%s': the file is empty", path);
+        return error_set_at(SNELL_ERR_SYNTAX, place, NULL, "cannot read '%s': the file is empty", path);
     return SNELL_OK;
 }
 
@@ -108,7 +108,7 @@ static uint64_t default_memory(void) {
 }
 
 /* The program belongs to the library: it is looked for beside it first, so that a moved tree works,
- * then where it was built, then where it was to be installed. */
+ * then, for what runs in the build folder, there, then where it was to be installed. */
 static bool find_program(char out[PATH_MAX]) {
     static const char here = 0; /* any object of the library */
     Dl_info info;
@@ -121,14 +121,17 @@ static bool find_program(char out[PATH_MAX]) {
             int length = snprintf(out, PATH_MAX, "%s%s", library, places[i]);
             if (length > 0 && length < PATH_MAX && access(out, X_OK) == 0) return true;
         }
+        /* The one in the build folder is for what runs in the build folder. */
+        static const char built[] = SNELL_HELPER_BUILT;
+        size_t folder = (size_t)(strrchr(built, '/') - built);
+        if (strncmp(library, built, folder) == 0 &&
+            (library[folder] == '/' || library[folder] == '\0')) {
+            snprintf(out, PATH_MAX, "%s", built);
+            if (access(out, X_OK) == 0) return true;
+        }
     }
-    static const char *const fixed[] = {SNELL_HELPER_BUILT,
-                                        SNELL_LIBEXEC_INSTALLED "/snell-import"};
-    for (size_t i = 0; i < sizeof fixed / sizeof fixed[0]; i++) {
-        snprintf(out, PATH_MAX, "%s", fixed[i]);
-        if (access(out, X_OK) == 0) return true;
-    }
-    return false;
+    snprintf(out, PATH_MAX, "%s", SNELL_LIBEXEC_INSTALLED "/snell-import");
+    return access(out, X_OK) == 0;
 }
 
 /* ---- the running helper ---- */

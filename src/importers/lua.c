@@ -121,22 +121,24 @@ void scene_fail_unknown(lua_State *L, const char *label, const char *subject, co
     static const char *const sandboxed =
         "io|os|debug|load|loadfile|loadstring|dofile|require|package|coroutine|collectgarbage|"
         "utf8|xpcall|warn|_G";
-    if (scene_is_later(label, word) || (label && scene_is_later("field", word)))
-        scene_fail(L, SNELL_ERR_UNSUPPORTED, NULL, "%s%s'%s' is not in this version",
+    qsort(names, count, sizeof *names, compare_words);
+    char list[448] = "", hint[512];
+    for (size_t i = 0; i < count; i++) {
+        size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, "%s%s", i ? ", " : "", names[i]);
+    }
+    if (scene_is_later(label, word) || (label && scene_is_later("field", word))) {
+        snprintf(hint, sizeof hint, "this version has %s", list);
+        scene_fail(L, SNELL_ERR_UNSUPPORTED, label ? hint : NULL, "%s%s'%s' is not in this version",
                    label ? label : "", label ? ": " : "", word);
+    }
     if (label == NULL && choice_find(sandboxed, word) >= 0)
         scene_fail(L, SNELL_ERR_SYNTAX, "scenes run in a sandbox, the same in every run",
                    "'%s' is not available in a scene", word);
-    qsort(names, count, sizeof *names, compare_words);
-    char hint[512] = "there are ";
-    for (size_t i = 0; i < count; i++) {
-        size_t used = strlen(hint);
-        snprintf(hint + used, sizeof hint - used, "%s%s", i ? ", " : "", names[i]);
-    }
     const char *near = closest_word(word, names, count);
-    if (near) snprintf(hint, sizeof hint, "did you mean '%s'?", near);
-    bool list = near != NULL || label != NULL;
-    scene_fail(L, SNELL_ERR_SYNTAX, list && count ? hint : NULL, "%s '%s'", subject, word);
+    snprintf(hint, sizeof hint, near ? "did you mean '%s'?" : "it has %s", near ? near : list);
+    bool helps = near != NULL || (label != NULL && count > 0);
+    scene_fail(L, SNELL_ERR_SYNTAX, helps ? hint : NULL, "%s '%s'", subject, word);
 }
 
 /* ---- errors of Lua itself ---- */
@@ -227,6 +229,11 @@ static int run(lua_State *L) {
     if (!pow_is_ours(L))
         scene_fail(L, SNELL_ERR_INTERNAL, "build snell-import as CMakeLists.txt does",
                    "this build's Lua computes x^y by the C library, which is not repeatable");
+    if (!sandbox_is_seeded(L) &&
+        description_add_message(s->d, SNELL_WARNING, s->path, 0, "docs/decisions has more",
+                                "this build's Lua is unknown: the length of a table with holes may "
+                                "differ between runs"))
+        scene_fail_last(L, NULL, NULL);
     nodes_open(L);
     transform_open(L);
     objects_open(L);
@@ -249,7 +256,7 @@ static void note_memory(lua_scene *s) {
     copy_text(f->file, sizeof f->file, s->path);
     f->hint[0] = '\0';
     if (s->string_refused)
-        snprintf(f->text, sizeof f->text, "a text longer than 16 MiB");
+        snprintf(f->text, sizeof f->text, "a text longer than 1 MiB");
     else
         snprintf(f->text, sizeof f->text, "the program needs more than %zu MiB of memory",
                  s->memory_max >> 20);

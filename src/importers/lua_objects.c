@@ -42,7 +42,7 @@ static void append_param(lua_State *L, construction *c, snell_param param) {
 /* Reads the table at index 1; what the parameters point to stays on the stack. */
 static void read_fields(lua_State *L, const type_info *type, construction *c) {
     check_names(L, type, c);
-    luaL_checkstack(L, 3 * FIELDS_MAX, "too many fields");
+    if (!lua_checkstack(L, 3 * FIELDS_MAX)) scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
     for (uint32_t i = 0; i < type->field_count; i++) {
         lua_pushstring(L, type->fields[i].name);
         if (lua_rawget(L, 1) == LUA_TNIL) {

@@ -1,7 +1,7 @@
 /* Lua's ^ calls the C library's pow, whose last bit differs between machines. The dynamic linker
  * (and the static one) takes a program's own definition before a library's, so this one serves
  * everything in the program snell-import, Lua included. Whether it does is checked each time a
- * scene program starts: see docs/decisions/lua-power.md. */
+ * scene program starts: see docs/decisions/0006-lua-determinism.md. */
 #include "importers/lua_scene.h"
 
 #include "maths/functions.h"

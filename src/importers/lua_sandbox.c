@@ -4,6 +4,7 @@
  * charged as steps. */
 #include "importers/lua_scene.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -11,7 +12,7 @@
 #include "base/memory.h"
 #include "maths/functions.h"
 
-enum { HOOK_STEP = 1000, STRING_MAX = 16 << 20, CPU_SECONDS_MAX = 60 };
+enum { HOOK_STEP = 1000, STRING_MAX = 1 << 20, CPU_SECONDS_MAX = 10 };
 
 /* ---- memory and steps ---- */
 
@@ -20,6 +21,61 @@ static void count_hook(lua_State *L, lua_Debug *activation);
 static void spend(lua_scene *s) {
     s->spent = true;
     lua_sethook(s->L, count_hook, LUA_MASKCOUNT, 1);
+}
+
+/* Lua hashes strings with a seed made from the clock and from addresses. It shows in one place: the
+ * length of a table that has holes and named fields as well depends on how its keys collide. There
+ * is no function to choose the seed, so it is set in Lua's global state, after that was filled and
+ * before the first string is made: at the second allocation. The state is recognised by the
+ * allocator that it names, and everything before the seed must hold the values that lua_newstate
+ * gives it; otherwise nothing is touched. sandbox_is_seeded proves the effect. (lstate.h, Lua 5.4;
+ * docs/decisions/0006-lua-determinism.md) */
+static void set_seed(unsigned char *block, size_t size) {
+    enum {
+        POINTERS = 0,
+        TOTAL = 16,
+        DEBT = 24,
+        ATOMIC = 40,
+        STRINGS = 48,
+        REGISTRY_TYPE = 72,
+        NIL_VALUE = 80,
+        NIL_TYPE = 88,
+        SEED = 96,
+        END = 104
+    };
+    static const unsigned char zeros[16] = {0};
+    static const unsigned seed = 0x5ee11u;
+    for (size_t at = 0; at + END <= size; at += sizeof(void *)) {
+        const unsigned char *state = block + at;
+        lua_Alloc function;
+        size_t total;
+        memcpy(&function, state + POINTERS, sizeof function);
+        memcpy(&total, state + TOTAL, sizeof total);
+        if (function != sandbox_allocate || total != size) continue;
+        if (memcmp(state + DEBT, zeros, 8) == 0 && memcmp(state + ATOMIC, zeros, 8) == 0 &&
+            memcmp(state + STRINGS, zeros, 16) == 0 && state[REGISTRY_TYPE] == LUA_TNIL &&
+            memcmp(state + NIL_VALUE, zeros, 8) == 0 && state[NIL_TYPE] == LUA_TNUMBER)
+            memcpy(block + at + SEED, &seed, sizeof seed);
+        return;
+    }
+}
+
+/* With this seed, and no other, Lua walks a table of these keys in this order. */
+bool sandbox_is_seeded(lua_State *L) {
+    static const char *const keys[] = {"red",  "green", "blue", "cyan",
+                                       "pink", "gold",  "grey", "teal"};
+    char order[64] = "";
+    lua_createtable(L, 0, 8);
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++) {
+        lua_pushboolean(L, true);
+        lua_setfield(L, -2, keys[i]);
+    }
+    for (lua_pushnil(L); lua_next(L, -2) != 0; lua_pop(L, 1)) {
+        size_t used = strlen(order);
+        snprintf(order + used, sizeof order - used, "%s ", lua_tostring(L, -2));
+    }
+    lua_pop(L, 1);
+    return strcmp(order, "cyan teal grey gold blue red green pink ") == 0;
 }
 
 /* Lua's allocator: also counts, since a step may copy megabytes. It must not raise errors; setting
@@ -42,6 +98,13 @@ void *sandbox_allocate(void *user, void *old, size_t old_size, size_t new_size) 
         return NULL;
     }
     s->memory = s->memory - had + new_size;
+    if (s->allocations == 0) {
+        s->first_block = got;
+        s->first_size = new_size;
+    } else if (s->allocations == 1) {
+        set_seed(s->first_block, s->first_size);
+    }
+    s->allocations++;
     s->work += new_size / 32;
     if (s->work > s->work_max && s->L && !s->spent) spend(s);
     return got;
@@ -168,6 +231,7 @@ static int string_rep(lua_State *L) {
     }
     if ((uint64_t)count > STRING_MAX / (size + between) + 1)
         scene_fail(L, SNELL_ERR_MEMORY, NULL, "string.rep: longer than %d MiB", STRING_MAX >> 20);
+    sandbox_charge(L, 4 * (uint64_t)count);
     luaL_Buffer out;
     luaL_buffinit(L, &out);
     for (lua_Integer i = 0; i < count; i++) {
@@ -214,7 +278,7 @@ static int base_next(lua_State *L) {
         lua_pushvalue(L, 4);
         lua_replace(L, 3);
     }
-    sandbox_charge(L, steps);
+    sandbox_charge(L, 8 * steps);
     lua_settop(L, 3);
     if (lua_isnil(L, 3)) return 1;
     lua_pushvalue(L, 3);
@@ -362,13 +426,15 @@ static int table_sort(lua_State *L) {
 }
 
 /* The stock function (upvalue 1) walks up to the table's length in C when it has upvalue 2
- * arguments or more: a length that a metatable makes up could be anything. */
+ * arguments or more, at upvalue 3 sixteenths of a step for each element. A length that a metatable
+ * makes up could be anything. */
 static int table_measured(lua_State *L) {
     luaL_checktype(L, 1, LUA_TTABLE);
     if (luaL_getmetafield(L, 1, "__len") != LUA_TNIL)
         scene_fail(L, SNELL_ERR_SYNTAX, NULL, "a table function on a table with __len");
     bool walks = lua_gettop(L) >= lua_tointeger(L, lua_upvalueindex(2));
-    sandbox_charge(L, walks ? 1 + (uint64_t)lua_rawlen(L, 1) / 16 : 1);
+    uint64_t each = (uint64_t)lua_tointeger(L, lua_upvalueindex(3));
+    sandbox_charge(L, walks ? 1 + (uint64_t)lua_rawlen(L, 1) * each / 16 : 1);
     lua_pushvalue(L, lua_upvalueindex(1));
     lua_insert(L, 1);
     lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
@@ -381,7 +447,7 @@ static int table_move(lua_State *L) {
         uint64_t count = (uint64_t)last - (uint64_t)first;
         if (count > 100000000)
             scene_fail(L, SNELL_ERR_SYNTAX, NULL, "table.move: too many elements");
-        sandbox_charge(L, count);
+        sandbox_charge(L, 4 * count);
     }
     lua_pushvalue(L, lua_upvalueindex(1));
     lua_insert(L, 1);
@@ -395,6 +461,7 @@ static int base_pcall(lua_State *L) {
     luaL_checkany(L, 1);
     bool done = lua_pcall(L, lua_gettop(L) - 1, LUA_MULTRET, 0) == LUA_OK;
     if (scene_of(L)->spent) fail_spent(L);
+    if (!done) sandbox_charge(L, 50);
     lua_pushboolean(L, done);
     lua_insert(L, 1);
     return lua_gettop(L);
@@ -527,11 +594,13 @@ static void keep(lua_State *L, int from, const char *const *names) {
     }
 }
 
-/* table[name] = a closure of `function` over the stock function of that name and a number. */
-static void wrap(lua_State *L, int from, const char *name, lua_CFunction function, int number) {
+/* table[name] = a closure of `function` over the stock function of that name and two numbers. */
+static void wrap(lua_State *L, int from, const char *name, lua_CFunction function, int number,
+                 int cost) {
     lua_getfield(L, from, name);
     lua_pushinteger(L, number);
-    lua_pushcclosure(L, function, 2);
+    lua_pushinteger(L, cost);
+    lua_pushcclosure(L, function, 3);
     lua_setfield(L, -2, name);
 }
 
@@ -542,7 +611,7 @@ static void open_string(lua_State *L) {
     int stock = lua_gettop(L);
     lua_newtable(L);
     keep(L, stock, kept);
-    wrap(L, stock, "format", string_format, 0);
+    wrap(L, stock, "format", string_format, 0, 0);
     lua_pushcfunction(L, string_rep);
     lua_setfield(L, -2, "rep");
     sandbox_guard(L, "string");
@@ -562,10 +631,10 @@ static void open_table(lua_State *L) {
     int stock = lua_gettop(L);
     lua_newtable(L);
     keep(L, stock, kept);
-    wrap(L, stock, "insert", table_measured, 3);
-    wrap(L, stock, "remove", table_measured, 2);
-    wrap(L, stock, "concat", table_measured, 1);
-    wrap(L, stock, "move", table_move, 0);
+    wrap(L, stock, "insert", table_measured, 3, 24);
+    wrap(L, stock, "remove", table_measured, 2, 24);
+    wrap(L, stock, "concat", table_measured, 1, 400);
+    wrap(L, stock, "move", table_move, 0, 0);
     lua_pushcfunction(L, table_sort);
     lua_setfield(L, -2, "sort");
     sandbox_guard(L, "table");

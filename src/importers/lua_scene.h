@@ -65,6 +65,9 @@ typedef struct lua_scene {
     uint32_t memory_line; /* where memory was last refused */
     bool string_refused;
     uint64_t random;
+    uint64_t allocations;
+    void *first_block; /* Lua's state */
+    size_t first_size;
 
     node *nodes;
     size_t node_count, node_capacity;
@@ -99,6 +102,8 @@ bool scene_is_later(const char *label, const char *word);
 void *sandbox_allocate(void *user, void *old, size_t old_size, size_t new_size);
 /* Opens the libraries that remain and sets the limits. */
 void sandbox_open(lua_State *L);
+/* True when strings are hashed with our seed. */
+bool sandbox_is_seeded(lua_State *L);
 /* Counts work that happens in C, where no instruction is counted. */
 void sandbox_charge(lua_State *L, uint64_t steps);
 /* Pushes the value as text without addresses. */

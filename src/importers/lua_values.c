@@ -339,19 +339,27 @@ static double read_angle(lua_State *L, const char *label, const field *f) {
     return degrees / turn;
 }
 
+static void read_integer(lua_State *L, const char *label, const field *f, snell_param *out) {
+    int whole;
+    out->kind = SNELL_PARAM_INT;
+    out->value.i = lua_tointegerx(L, -1, &whole);
+    if (!whole && lua_tonumber(L, -1) == floor(lua_tonumber(L, -1)))
+        out->value.i = INT64_MAX;
+    else if (!whole)
+        fail_kind(L, -1, label, f->name, "integer");
+    if (out->value.i < INT32_MIN || out->value.i > INT32_MAX)
+        scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: '%s' is %s, which is out of range", label,
+                   f->name, shown(L, -1));
+}
+
 static void read_number_field(lua_State *L, const char *label, const field *f, snell_param *out) {
-    if (lua_isinteger(L, -1)) {
-        out->kind = SNELL_PARAM_INT;
-        out->value.i = lua_tointeger(L, -1);
-        if (f->kind == FIELD_INT && (out->value.i < INT32_MIN || out->value.i > INT32_MAX))
-            scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: '%s' is %s, which is out of range", label,
-                       f->name, shown(L, -1));
-        if (f->kind == FIELD_INT || strcmp(f->unit, "rad") != 0) return;
+    if (f->kind == FIELD_INT) {
+        read_integer(L, label, f, out);
+        return;
     }
-    double x = values_read_number(L, -1, label, f->name);
-    if (f->kind == FIELD_INT && x != floor(x)) fail_kind(L, -1, label, f->name, "integer");
     out->kind = SNELL_PARAM_FLOAT;
-    out->value.f = strcmp(f->unit, "rad") == 0 ? read_angle(L, label, f) : x;
+    out->value.f = strcmp(f->unit, "rad") == 0 ? read_angle(L, label, f)
+                                               : values_read_number(L, -1, label, f->name);
 }
 
 static void read_reference(lua_State *L, const char *label, const field *f, snell_param *out) {

@@ -3,16 +3,21 @@
  * shade as Lambert in their colour, so that nothing is black. */
 #include "integrators/integrator.h"
 
-/* Every lobe that would be traced becomes Lambert of the same weight. */
-static bsdf without_traced_lobes(const bsdf *b) {
+/* Every lobe that would be traced becomes Lambert of the same weight; a glaze's is Fresnel's. */
+static bsdf without_traced_lobes(const bsdf *b, const shade_point *p) {
     bsdf matte = *b;
-    for (int i = 0; i < matte.lobe_count; i++)
-        if (matte.lobes[i].type->evaluate == NULL) matte.lobes[i].type = &lobe_lambert;
+    for (int i = 0; i < matte.lobe_count; i++) {
+        lobe *l = &matte.lobes[i];
+        if (l->type == &lobe_mirror && l->ior > 0)
+            l->weight =
+                dvec3_scale(l->weight, fresnel_dielectric(dvec3_dot(p->wo, p->ns), 1, l->ior));
+        if (l->type->evaluate == NULL) l->type = &lobe_lambert;
+    }
     return matte;
 }
 
 static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
-    bsdf matte = without_traced_lobes(b);
+    bsdf matte = without_traced_lobes(b, p);
     emit_own_light(w, r, &matte);
     emit_direct_light(w, r, p, &matte);
 }

@@ -30,6 +30,7 @@ typedef struct path_ray {
     uint16_t depth; /* camera ray 0, each child one more */
     uint8_t kind;   /* ray_kind */
     bool primary;   /* a camera ray, or one walked on through transparent surfaces */
+    float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
 } path_ray;
 
 typedef struct wave wave;

@@ -62,9 +62,10 @@ media media_around(const scene *s, snell_isa isa, vec3 p) {
         if (at->has_medium && !at->type->unbounded) {
             shade_point point;
             scene_shade_point(s, &r, &h, &point);
-            if (point.outside)
+            bool bounds = point.material->type->inside != NULL; /* a mesh has several materials */
+            if (bounds && point.outside)
                 media_enter(&entered, h.instance);
-            else if (!media_leave(&entered, h.instance))
+            else if (bounds && !media_leave(&entered, h.instance))
                 media_enter(&around, h.instance);
         }
         r.after_t = h.t;

@@ -24,29 +24,36 @@ struct wave {
     path_ray *next; /* what the wave that is being traced emits */
     size_t next_count, next_capacity;
     shadow_ray *shadows;
-    size_t shadow_count, shadow_capacity;
+    size_t shadow_count; /* at most a wave: then they are tested */
     /* what is being traced */
     ray *rays;
     hit *hits;
     uint8_t *blocked;
     film_block *film;
-    bool out_of_memory;
+    bool out_of_memory, stopped;
+    bool (*go_on)(void *user, const wave_stats *stats);
+    void *user;
     wave_stats stats;
 };
 
 /* Over twice a wave the pool is worked off in small bites, depth first. */
 enum { SMALL_BITE = 64, FILTER_STEPS_MAX = 1000 };
 
+/* A larger wave leaves the second-level cache, and keeps progress and cancelling waiting. */
+enum { WAVE_DEFAULT = 2048, WAVE_MAX = 4096, WORK_BETWEEN_LOOKS = 16384 };
+
 snell_status wave_create(const wave_settings *settings, wave **out) {
     wave *w = memory_zeroed(1, sizeof *w);
     if (w == NULL) return error_no_memory();
     w->settings = *settings;
-    if (w->settings.wave_size == 0) w->settings.wave_size = 2048;
+    if (w->settings.wave_size == 0) w->settings.wave_size = WAVE_DEFAULT;
+    if (w->settings.wave_size > WAVE_MAX) w->settings.wave_size = WAVE_MAX;
     size_t size = w->settings.wave_size;
     w->rays = memory_resize(NULL, size, sizeof *w->rays);
     w->hits = memory_resize(NULL, size, sizeof *w->hits);
     w->blocked = memory_resize(NULL, size, sizeof *w->blocked);
-    if (!w->rays || !w->hits || !w->blocked) {
+    w->shadows = memory_resize(NULL, size, sizeof *w->shadows);
+    if (!w->rays || !w->hits || !w->blocked || !w->shadows) {
         wave_destroy(w);
         return error_no_memory();
     }
@@ -79,10 +86,17 @@ void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
     emit_radiance(w, r, dvec3_add(b->emission, dvec3_mul(b->ambient, w->settings.scene->ambient)));
 }
 
+/* In a transparent picture the camera sees through to nothing, or to as much of the background as the
+ * scene's alpha says. */
 void emit_background(wave *w, const path_ray *r) {
     const scene *s = w->settings.scene;
-    if (r->primary && w->settings.transparent) return;
-    emit_radiance(w, r, scene_background(s, dvec3_from(r->ray.d)));
+    dvec3 radiance = scene_background(s, dvec3_from(r->ray.d));
+    if (r->primary && w->settings.transparent) {
+        double alpha = s->background_alpha < 1 ? s->background_alpha : 0;
+        film_block_add_alpha(w->film, r->pixel, (double)r->coverage * alpha);
+        radiance = dvec3_scale(radiance, alpha);
+    }
+    emit_radiance(w, r, radiance);
 }
 
 static void push_ray(wave *w, const path_ray *child) {
@@ -128,20 +142,30 @@ void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, c
     if (matters(w, child.weight)) push_ray(w, &child);
 }
 
+static void test_shadows(wave *w);
+
+/* What shadow rays pass as if it were not there does not absorb them either. */
+static media media_for_shadows(const media *m, const scene *s) {
+    media seen = {0};
+    for (uint32_t i = 0; i < m->count; i++) {
+        const material *of = &s->materials[s->instances[m->instances[i]].medium_material];
+        if (((const material_common *)of->desc)->shadow != SHADOW_NONE)
+            media_enter(&seen, m->instances[i]);
+    }
+    return seen;
+}
+
 static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
                         dvec3 radiance) {
     vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), radiance));
     if (!(vec3_largest(carried) > 0)) return;
-    if (!ARRAY_GROW(w->shadows, w->shadow_count, w->shadow_capacity, 1)) {
-        w->out_of_memory = true;
-        return;
-    }
+    if (w->shadow_count == w->settings.wave_size) test_shadows(w);
     /* From the surface to the light: t = 1 is the light itself. */
     shadow_ray *s = &w->shadows[w->shadow_count++];
     *s = (shadow_ray){.ray = scene_spawn_ray(p, from->to_light, from->directional ? INFINITY : 1),
                       .light = carried,
                       .pixel = r->pixel,
-                      .media = r->media};
+                      .media = media_for_shadows(&r->media, w->settings.scene)};
     if (!from->directional) {
         dvec3 end = dvec3_add(p->p, from->to_light);
         s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
@@ -224,20 +248,27 @@ static dvec3 shadow_filter(wave *w, shadow_ray *r) {
     return (dvec3){0, 0, 0};
 }
 
+/* Progress and cancelling, after some work in the midst of a wave. */
+static void look_up(wave *w) {
+    if (w->go_on && !w->stopped && !w->go_on(w->user, &w->stats)) w->stopped = true;
+}
+
+/* Uses w->rays and w->blocked, which nothing needs any more once the wave's hits are known. */
 static void test_shadows(wave *w) {
+    enum { WALKS_BETWEEN_LOOKS = 256 };
     const scene *s = w->settings.scene;
-    size_t size = w->settings.wave_size;
-    for (size_t start = 0; start < w->shadow_count; start += size) {
-        size_t count = w->shadow_count - start < size ? w->shadow_count - start : size;
-        shadow_ray *batch = w->shadows + start;
-        for (size_t i = 0; i < count; i++) w->rays[i] = batch[i].ray;
-        accel_occluded(s->accel, w->settings.isa, w->rays, w->blocked, count, &w->stats.counters);
-        for (size_t i = 0; i < count; i++) {
-            if (w->blocked[i]) continue;
-            dvec3 arriving = dvec3_from(batch[i].light);
-            if (s->has_filters) arriving = dvec3_mul(arriving, shadow_filter(w, &batch[i]));
-            film_block_add(w->film, batch[i].pixel, arriving);
+    shadow_ray *shadows = w->shadows;
+    for (size_t i = 0; i < w->shadow_count; i++) w->rays[i] = shadows[i].ray;
+    accel_occluded(s->accel, w->settings.isa, w->rays, w->blocked, w->shadow_count,
+                   &w->stats.counters);
+    for (size_t i = 0; i < w->shadow_count && !w->stopped; i++) {
+        if (w->blocked[i]) continue;
+        dvec3 arriving = dvec3_from(shadows[i].light);
+        if (s->has_filters) {
+            arriving = dvec3_mul(arriving, shadow_filter(w, &shadows[i]));
+            if (i % WALKS_BETWEEN_LOOKS == WALKS_BETWEEN_LOOKS - 1) look_up(w);
         }
+        film_block_add(w->film, shadows[i].pixel, arriving);
     }
     w->shadow_count = 0;
 }
@@ -278,19 +309,20 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     material_evaluate(p.material, &p.at, &b);
     if (b.alpha < 1) {
         double pass = 1 - b.alpha;
+        float coverage = r->coverage;
+        r->coverage = (float)((double)coverage * pass);
         emit_continued(w, r, h, (dvec3){pass, pass, pass}, &r->media);
         if (b.alpha <= 0) return;
-        r->weight = vec3_scale(r->weight, (float)b.alpha);
+        r->coverage = (float)((double)coverage * b.alpha);
+        r->weight = vec3_from(dvec3_scale(dvec3_from(r->weight), b.alpha));
     }
-    if (r->primary) film_block_add_alpha(w->film, r->pixel, (double)r->weight.x);
+    if (r->primary && w->settings.transparent)
+        film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
     w->settings.integrator->hit(w, r, &p, &b);
 }
 
 static void handle_miss(wave *w, path_ray *r) {
     absorb(w, r, INFINITY);
-    if (r->primary && !w->settings.transparent)
-        film_block_add_alpha(w->film, r->pixel,
-                             (double)r->weight.x * w->settings.scene->background_alpha);
     w->settings.integrator->miss(w, r);
 }
 
@@ -301,11 +333,16 @@ static void trace_wave(wave *w, size_t count) {
     accel_trace(w->settings.scene->accel, w->settings.isa, w->rays, w->hits, count,
                 &w->stats.counters);
     w->next_count = 0;
-    for (size_t i = 0; i < count; i++) {
+    size_t work = 0; /* roughly, in lights looked at */
+    for (size_t i = 0; i < count && !w->stopped; i++) {
         if (w->hits[i].instance == NO_ID)
             handle_miss(w, &current[i]);
         else
             handle_hit(w, &current[i], &w->hits[i]);
+        work += 1 + w->settings.scene->light_count;
+        if (work < WORK_BETWEEN_LOOKS) continue;
+        look_up(w);
+        work = 0;
     }
     test_shadows(w);
     w->pool_count -= count;
@@ -319,47 +356,67 @@ static void trace_wave(wave *w, size_t count) {
 
 /* ---- camera rays ---- */
 
-static void push_camera_ray(wave *w, uint32_t x, uint32_t y, uint32_t pixel, uint32_t sample) {
+/* Walks over the samples of a block: every pixel's first sample, then every pixel's second, ... */
+typedef struct block_cursor {
+    uint32_t x0, y0, x1, y1, x, y, pixel, sample;
+} block_cursor;
+
+static void advance(block_cursor *c) {
+    c->pixel++;
+    if (++c->x < c->x1) return;
+    c->x = c->x0;
+    if (++c->y < c->y1) return;
+    c->y = c->y0;
+    c->pixel = 0;
+    c->sample++;
+}
+
+/* The next camera ray, into room that the pool has. */
+static void push_camera_ray(wave *w, const block_cursor *c) {
     const wave_settings *s = &w->settings;
     sample2 place = {0.5, 0.5};
-    if (!s->pixel_center)
-        place = sample_point(sample_stream(s->seed, x, y, PATH_CODE_CAMERA, SAMPLE_PIXEL), sample);
-    camera_sample at = {x + place.x, y + place.y, s->width, s->height};
+    if (!s->pixel_center) {
+        uint64_t stream = sample_stream(s->seed, c->x, c->y, PATH_CODE_CAMERA, SAMPLE_PIXEL);
+        place = sample_point(stream, c->sample);
+    }
+    camera_sample at = {c->x + place.x, c->y + place.y};
+    path_ray *r = &w->pool[w->pool_count++];
     vec3 o, d;
     s->camera->ray(&s->frame, &at, &o, &d);
-    w->pool[w->pool_count++] = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
-                                          .weight = {1, 1, 1},
-                                          .pixel = pixel,
-                                          .code = path_code_child(PATH_CODE_CAMERA, sample),
-                                          .media = s->camera_media,
-                                          .kind = RAY_CAMERA,
-                                          .primary = true};
+    *r = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
+                    .weight = {1, 1, 1},
+                    .pixel = c->pixel,
+                    .code = path_code_child(PATH_CODE_CAMERA, c->sample),
+                    .media = s->camera_media,
+                    .kind = RAY_CAMERA,
+                    .primary = true,
+                    .coverage = 1};
     w->stats.rays[RAY_CAMERA]++;
 }
 
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
                                film_block *block,
                                bool (*go_on)(void *user, const wave_stats *stats), void *user) {
-    uint64_t columns = x1 - x0, pixels = columns * (y1 - y0), next = 0,
-             end = pixels * w->settings.samples;
+    block_cursor next = {x0, y0, x1, y1, x0, y0, 0, 0};
     size_t size = w->settings.wave_size;
     film_block_clear(block);
     w->film = block;
+    w->go_on = go_on;
+    w->user = user;
+    w->stopped = false;
     w->pool_count = w->shadow_count = 0;
     if (!ARRAY_GROW(w->pool, 0, w->pool_capacity, size)) return error_no_memory();
-    while (next < end || w->pool_count > 0) {
+    while (next.sample < w->settings.samples || w->pool_count > 0) {
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
          * starve the kernel. */
-        for (; next < end && w->pool_count < size; next++) {
-            uint32_t pixel = (uint32_t)(next % pixels), x = (uint32_t)(pixel % columns),
-                     y = (uint32_t)(pixel / columns);
-            push_camera_ray(w, x0 + x, y0 + y, pixel, (uint32_t)(next / pixels));
-        }
+        for (; next.sample < w->settings.samples && w->pool_count < size; advance(&next))
+            push_camera_ray(w, &next);
         size_t bite = w->pool_count > 2 * size ? SMALL_BITE : size;
         if (bite > size) bite = size;
         trace_wave(w, w->pool_count < bite ? w->pool_count : bite);
         if (w->out_of_memory) return error_no_memory();
-        if (go_on && !go_on(user, &w->stats)) return SNELL_CANCELLED;
+        look_up(w);
+        if (w->stopped) return SNELL_CANCELLED;
     }
     w->stats.film_overflows += block->overflows;
     return SNELL_OK;

@@ -62,6 +62,7 @@ struct material {
     const material_type *type;
     const void *desc;  /* begins with material_common */
     bool opaque_alpha; /* alpha is 1 everywhere: shadow rays need not look */
+    bool textured;     /* looks at u, v or the point */
 };
 
 /* The whole bsdf: common fields and lobes. */

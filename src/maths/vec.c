@@ -77,26 +77,6 @@ bool transform_inverse(const transform *t, transform *out) {
     return true;
 }
 
-dvec3 transform_point(const transform *m, dvec3 p) {
-    dvec3 v = transform_vector(m, p);
-    return (dvec3){v.x + (double)m->m[0][3], v.y + (double)m->m[1][3], v.z + (double)m->m[2][3]};
-}
-
-dvec3 transform_vector(const transform *m, dvec3 v) {
-    double r[3];
-    for (int i = 0; i < 3; i++)
-        r[i] = (double)m->m[i][0] * v.x + (double)m->m[i][1] * v.y + (double)m->m[i][2] * v.z;
-    return (dvec3){r[0], r[1], r[2]};
-}
-
-dvec3 transform_normal(const transform *inverse, dvec3 n) {
-    double r[3];
-    for (int j = 0; j < 3; j++)
-        r[j] = (double)inverse->m[0][j] * n.x + (double)inverse->m[1][j] * n.y +
-               (double)inverse->m[2][j] * n.z;
-    return (dvec3){r[0], r[1], r[2]};
-}
-
 bounds3 transform_bounds(const transform *m, bounds3 b) {
     if (bounds3_is_empty(b)) return b;
     dvec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};

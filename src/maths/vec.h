@@ -94,11 +94,25 @@ bool transform_is_identity(const transform *m);
 transform transform_multiply(const transform *a, const transform *b); /* b is applied first */
 double transform_determinant(const transform *m);                     /* of the linear part */
 bool transform_inverse(const transform *m, transform *out); /* false: singular or not finite */
-dvec3 transform_point(const transform *m, dvec3 p);
-dvec3 transform_vector(const transform *m, dvec3 v);
+static inline dvec3 transform_vector(const transform *m, dvec3 v) {
+    double r[3];
+    for (int i = 0; i < 3; i++)
+        r[i] = (double)m->m[i][0] * v.x + (double)m->m[i][1] * v.y + (double)m->m[i][2] * v.z;
+    return (dvec3){r[0], r[1], r[2]};
+}
+static inline dvec3 transform_point(const transform *m, dvec3 p) {
+    dvec3 v = transform_vector(m, p);
+    return (dvec3){v.x + (double)m->m[0][3], v.y + (double)m->m[1][3], v.z + (double)m->m[2][3]};
+}
 /* By the transpose of `inverse`'s linear part: with the inverse of m, a normal under m. Not
  * normalised. */
-dvec3 transform_normal(const transform *inverse, dvec3 n);
+static inline dvec3 transform_normal(const transform *inverse, dvec3 n) {
+    double r[3];
+    for (int j = 0; j < 3; j++)
+        r[j] = (double)inverse->m[0][j] * n.x + (double)inverse->m[1][j] * n.y +
+               (double)inverse->m[2][j] * n.z;
+    return (dvec3){r[0], r[1], r[2]};
+}
 bounds3 transform_bounds(const transform *m,
                          bounds3 b); /* of the eight corners, rounded outwards; empty stays empty */
 

@@ -11,6 +11,22 @@
 extern const material_type material_lambert;
 static _Alignas(16) unsigned char default_material[512];
 
+/* Does it, or the material that it refers to (an earlier one), use a texture? */
+static bool is_textured(const scene *s, const object *o) {
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        const field *f = &o->type->fields[i];
+        const void *at = (const char *)o->desc + f->offset;
+        if ((f->kind == FIELD_INPUT || f->kind == FIELD_SCALAR) &&
+            ((const snell_input *)at)->texture.index1)
+            return true;
+        if (f->kind == FIELD_MATERIAL) {
+            uint32_t base = ((const snell_material_id *)at)->index1;
+            if (base && s->materials[base - 1].textured) return true;
+        }
+    }
+    return false;
+}
+
 static snell_status freeze_objects(scene *s, const description *d) {
     const object_list *textures = &d->objects[CATEGORY_TEXTURE];
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
@@ -30,7 +46,8 @@ static snell_status freeze_objects(scene *s, const description *d) {
         const object *o = &materials->items[i];
         const material_common *common = o->desc;
         bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1;
-        s->materials[i] = (material){(const material_type *)o->type, o->desc, opaque};
+        s->materials[i] =
+            (material){(const material_type *)o->type, o->desc, opaque, is_textured(s, o)};
     }
     for (size_t i = 0; i < lights->count; i++) {
         const object *o = &lights->items[i];
@@ -39,7 +56,7 @@ static snell_status freeze_objects(scene *s, const description *d) {
     _Static_assert(sizeof(material_common) + 64 <= sizeof default_material,
                    "room for the default material");
     desc_init(&material_lambert.info, default_material);
-    s->materials[materials->count] = (material){&material_lambert, default_material, true};
+    s->materials[materials->count] = (material){&material_lambert, default_material, true, false};
     return SNELL_OK;
 }
 
@@ -81,6 +98,21 @@ static uint32_t instance_mask(const scene *s, const scene_instance *at) {
     return mask;
 }
 
+/* What is inside an instance: its material's medium, or that of the first slot that has one. */
+static void find_medium(const scene *s, scene_instance *at) {
+    uint32_t index = at->material;
+    const mesh_desc *mesh = at->type->intersect == NULL ? at->shape : NULL;
+    if (mesh && mesh->material_slots_count) {
+        index = mesh->materials[0].index1 - 1;
+        for (size_t i = 1; i < mesh->materials_count && !s->materials[index].type->inside; i++)
+            index = mesh->materials[i].index1 - 1;
+    }
+    const material *m = &s->materials[index];
+    at->has_medium = m->type->inside != NULL;
+    at->medium_material = index;
+    if (at->has_medium) at->inside = m->type->inside(m->desc);
+}
+
 static snell_status freeze_instances(scene *s, const description *d, accel_instance *out) {
     uint32_t count = 0;
     for (size_t i = 0; i < d->instance_count; i++) {
@@ -99,15 +131,13 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
             return error_set_at(SNELL_ERR_ARGUMENT, (source_place){shape->file, from->line, 0},
                                 "a scale of 0 squashes the shape flat",
                                 "%s: the transform cannot be inverted", shape->type->name);
-        const material *m = &s->materials[at->material];
-        at->has_medium = m->type->inside != NULL;
-        if (at->has_medium) at->inside = m->type->inside(m->desc);
+        find_medium(s, at);
         out[count] = (accel_instance){.geometry = from->shape,
                                       .mask = instance_mask(s, at),
                                       .identity = at->identity,
                                       .to_world = at->to_world,
                                       .to_local = at->to_local};
-        s->has_filters |= out[count].mask == MASK_FILTER;
+        s->has_filters |= out[count].mask == MASK_FILTER || at->has_medium;
         s->has_media |= at->has_medium;
         s->instance_ids[count++] = (uint32_t)i;
     }
@@ -165,7 +195,7 @@ void scene_destroy(scene *s) {
 
 dvec3 scene_background(const scene *s, dvec3 direction) {
     if (!s->has_gradient) return s->background;
-    double t = clamp01((1 + direction.y / dvec3_length(direction)) / 2);
+    double t = clamp01((1 + direction.y) / 2);
     return dvec3_add(dvec3_scale(s->background, 1 - t), dvec3_scale(s->background_top, t));
 }
 
@@ -174,6 +204,8 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     local_ray beam = local_ray_make(r, &at->to_local, at->identity);
     surface here;
     at->type->surface(at->shape, &beam, h, &here);
+    if (at->type->parametrise && s->materials[at->material].textured)
+        at->type->parametrise(at->shape, &here);
     dvec3 local = here.p, local_n = here.n;
     if (!at->identity) surface_to_world(&here, &at->to_world, &at->to_local);
     uint32_t index = at->material;

@@ -21,7 +21,8 @@ typedef struct scene_instance {
     bool identity;
     transform to_world, to_local;
     bool has_medium;
-    medium inside; /* of the instance's own material */
+    medium inside;            /* of its dielectric: a mesh of several has the first one's */
+    uint32_t medium_material; /* which that is */
 } scene_instance;
 
 typedef struct scene {
@@ -49,7 +50,7 @@ typedef struct scene_options {
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out);
 void scene_destroy(scene *s);
-dvec3 scene_background(const scene *s, dvec3 direction); /* direction: any length */
+dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 
 /* Everything about a hit that shading needs, in the world. */
 typedef struct shade_point {

@@ -2,6 +2,8 @@
  * far edge. */
 #include "textures/texture.h"
 
+#include <string.h>
+
 #include "base/error.h"
 #include "image/srgb.h"
 #include "maths/functions.h"
@@ -37,6 +39,14 @@ static snell_status check(const void *desc) {
     if (image->pixels_count != needed)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "image: %d x %d pixels need %zu bytes, not %zu",
                          image->width, image->height, needed, image->pixels_count);
+    size_t floats = image->format == RGBA32F ? needed / sizeof(float) : 0;
+    for (size_t i = 0; i < floats; i++) {
+        float value; /* the caller's bytes may lie anywhere */
+        memcpy(&value, (const char *)image->pixels + i * sizeof value, sizeof value);
+        if (!isfinite(value))
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "image: pixel %zu is not a finite number",
+                             i / 4);
+    }
     return SNELL_OK;
 }
 

@@ -104,30 +104,28 @@ INLINE uint64_t stack_item(float entry, uint32_t reference) {
     return (uint64_t)float_bits(entry) << 32 | reference;
 }
 
-/* Puts the children in `mask` (not empty) on the stack, the nearest last. Only speed depends on the
- * order; it is the same everywhere, so that counters are. */
-INLINE uint32_t push_children(uint64_t *stack, const bvh_node *node, f8 entry, unsigned mask) {
-    uint32_t count = (uint32_t)__builtin_popcount(mask);
-#if SIMD_AVX512
-    __m512i high = _mm512_slli_epi64(_mm512_cvtepu32_epi64(_mm256_castps_si256(entry)), 32);
-    __m512i low = _mm512_cvtepu32_epi64(_mm256_loadu_si256((const __m256i *)node->child));
-    _mm512_storeu_si512(stack,
-                        _mm512_maskz_compress_epi64((__mmask8)mask, _mm512_or_si512(high, low)));
-#else
+INLINE float item_entry(uint64_t item) { return bits_float((uint32_t)(item >> 32)); }
+
+/* Puts the children in `mask` (not empty) on the stack, the nearest last, but for the nearest
+ * itself, which is returned. Only speed depends on the order; it is the same everywhere, so that
+ * counters are. */
+INLINE uint64_t push_children(uint64_t **top, const bvh_node *node, f8 entry, unsigned mask) {
     float entries[BVH_WIDTH];
     f8_store(entries, entry);
-    for (uint32_t i = 0; mask != 0; i++, mask &= mask - 1) {
+    int first = __builtin_ctz(mask);
+    uint64_t nearest = stack_item(entries[first], node->child[first]);
+    uint64_t *begin = *top, *end = begin;
+    while ((mask &= mask - 1) != 0) {
         int child = __builtin_ctz(mask);
-        stack[i] = stack_item(entries[child], node->child[child]);
+        uint64_t item = stack_item(entries[child], node->child[child]);
+        uint64_t farther = item > nearest ? item : nearest;
+        nearest = item > nearest ? nearest : item;
+        uint64_t *slot = end++;
+        for (; slot > begin && slot[-1] < farther; slot--) *slot = slot[-1];
+        *slot = farther;
     }
-#endif
-    for (uint32_t i = 1; i < count; i++) {
-        uint64_t item = stack[i];
-        uint32_t j = i;
-        for (; j > 0 && stack[j - 1] < item; j--) stack[j] = stack[j - 1];
-        stack[j] = item;
-    }
-    return count;
+    *top = end;
+    return nearest;
 }
 
 /* ---- accepting a hit ---- */
@@ -290,14 +288,11 @@ INLINE bool visit_block(query *q, const prepared *p, const slabs8 *slabs, const 
 
 INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32_t instance,
                        float floor_t, const bool any) {
-    uint64_t stack[BVH_STACK_SIZE];
-    uint32_t size = 1;
+    uint64_t stack[BVH_STACK_SIZE], *top = stack;
     const slabs8 slabs = widen_slabs(p);
     const shear8 shear = make_shear(p);
-    stack[0] = stack_item(p->t_min, mesh->root);
-    while (size > 0) {
-        uint64_t item = stack[--size];
-        if (bits_float((uint32_t)(item >> 32)) > q->best_t) continue;
+    uint64_t item = stack_item(p->t_min, mesh->root);
+    for (;;) {
         uint32_t reference = (uint32_t)item;
         unsigned mask = 1;
         while (!(reference & BVH_LEAF)) {
@@ -307,17 +302,15 @@ INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32
             q->counters.nodes++;
             q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
             if (mask == 0) break;
-            if ((mask & (mask - 1)) == 0) {
-                reference = node->child[__builtin_ctz(mask)];
-                continue;
-            }
-            size += push_children(stack + size, node, entry, mask) - 1;
-            reference = (uint32_t)stack[size];
+            reference = (uint32_t)push_children(&top, node, entry, mask);
         }
         if (mask != 0 && visit_block(q, p, &slabs, &shear, mesh, reference, instance, floor_t, any))
             return true;
+        do {
+            if (top == stack) return false;
+            item = *--top;
+        } while (item_entry(item) > q->best_t);
     }
-    return false;
 }
 
 /* ---- instances ---- */
@@ -389,28 +382,30 @@ INLINE bool trace_top(query *q, const prepared *world, const accel *a, const boo
     for (size_t i = 0; i < a->unbounded_count; i++)
         if (visit_instance(q, world, a, a->unbounded[i], world->t_min, false, any)) return true;
     if (a->top.node_count == 0) return false;
-    uint64_t stack[BVH_STACK_SIZE];
-    uint32_t size = 1;
+    uint64_t stack[BVH_STACK_SIZE], *top = stack;
     const slabs8 slabs = widen_slabs(world);
-    stack[0] = stack_item(world->t_min, a->top.root);
-    while (size > 0) {
-        uint64_t item = stack[--size];
-        float distance = bits_float((uint32_t)(item >> 32));
-        if (distance > q->best_t) continue;
+    uint64_t item = stack_item(world->t_min, a->top.root);
+    for (;;) {
         uint32_t reference = (uint32_t)item;
         if (reference & BVH_LEAF) {
-            if (visit_instance(q, world, a, reference & ~BVH_LEAF, distance, true, any))
+            if (visit_instance(q, world, a, reference & ~BVH_LEAF, item_entry(item), true, any))
                 return true;
-            continue;
+        } else {
+            const bvh_node *node = &a->top.nodes[reference];
+            f8 entry;
+            unsigned mask = test_children(&slabs, node, q->best_t, &entry);
+            q->counters.nodes++;
+            q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
+            if (mask != 0) {
+                item = push_children(&top, node, entry, mask);
+                continue;
+            }
         }
-        const bvh_node *node = &a->top.nodes[reference];
-        f8 entry;
-        unsigned mask = test_children(&slabs, node, q->best_t, &entry);
-        q->counters.nodes++;
-        q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
-        if (mask != 0) size += push_children(stack + size, node, entry, mask);
+        do {
+            if (top == stack) return false;
+            item = *--top;
+        } while (item_entry(item) > q->best_t);
     }
-    return false;
 }
 
 static void add_counters(trace_counters *to, const trace_counters *from) {

@@ -1,0 +1,199 @@
+/* --json of the built command: one object that parses, with the keys that scripts rely on. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+#include <jansson.h>
+
+static char folder[] = "/tmp/snell-test-XXXXXX";
+static const char snell[] = TEST_BINARY_DIR "/snell";
+
+/* Runs snell in the folder; the object on its standard output and the exit code. */
+static json_t *run(const char *arguments, int *code) {
+    char command[1024];
+    snprintf(command, sizeof command, "cd %s && '%s' %s 2>messages </dev/null", folder, snell,
+             arguments);
+    FILE *pipe = popen(command, "r");
+    assert_non_null(pipe);
+    json_error_t error;
+    /* Nothing may follow the object. */
+    json_t *root = json_loadf(pipe, JSON_REJECT_DUPLICATES, &error);
+    if (root == NULL) print_error("snell %s: line %d: %s\n", arguments, error.line, error.text);
+    int status = pclose(pipe);
+    assert_non_null(root);
+    assert_true(WIFEXITED(status));
+    *code = WEXITSTATUS(status);
+    return root;
+}
+
+static json_t *get(json_t *object, const char *key, json_type type) {
+    json_t *value = json_object_get(object, key);
+    if (value == NULL || json_typeof(value) != type) print_error("key %s\n", key);
+    assert_non_null(value);
+    assert_int_equal(json_typeof(value), type);
+    return value;
+}
+
+static const char *text(json_t *object, const char *key) {
+    return json_string_value(get(object, key, JSON_STRING));
+}
+
+static json_int_t whole(json_t *object, const char *key) {
+    return json_integer_value(get(object, key, JSON_INTEGER));
+}
+
+static void write_file(const char *name, const char *content) {
+    char path[256];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(fputs(content, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+static int make_folder(void **state) {
+    (void)state;
+    if (mkdtemp(folder) == NULL) return -1;
+    /* SNELL_MODELS and the like would be warned of. */
+    unsetenv("SNELL_MODELS");
+    unsetenv("SNELL_THREADS");
+    unsetenv("SNELL_ISA");
+    return 0;
+}
+
+static int remove_folder(void **state) {
+    (void)state;
+    char command[64];
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    return system(command);
+}
+
+static void test_render(void **state) {
+    (void)state;
+    int code;
+    write_file("ball.lua", "sphere { radius = 1 }\n");
+    json_t *root = run("ball.lua -s 40x30 -n 2 -t 2 --seed 9 --json", &code);
+    assert_int_equal(code, 0);
+    assert_int_equal(whole(root, "schema"), 1);
+    assert_string_equal(text(root, "file"), "ball.lua");
+    assert_string_equal(text(root, "output"), "ball.png");
+    assert_int_equal(whole(root, "width"), 40);
+    assert_int_equal(whole(root, "height"), 30);
+    assert_string_equal(text(root, "integrator"), "whitted");
+    assert_int_equal(whole(root, "samples"), 2);
+    assert_int_equal(whole(root, "max_depth"), 10);
+    assert_int_equal(whole(root, "seed"), 9);
+    assert_int_equal(whole(root, "threads"), 2);
+    assert_true(whole(root, "memory_peak") > 100000);
+    assert_int_equal(strlen(text(root, "image_hash")), 16);
+    assert_int_equal(strspn(text(root, "image_hash"), "0123456789abcdef"), 16);
+    assert_true(strlen(text(root, "isa")) > 3);
+    assert_true(strlen(text(root, "added")) > 0);
+    get(root, "dropped_weight", JSON_REAL);
+    get(root, "counters", JSON_OBJECT);
+    assert_int_equal(json_array_size(get(root, "warnings", JSON_ARRAY)), 0);
+
+    static const char *const times[] = {"load", "build", "render", "write", "total"};
+    json_t *seconds = get(root, "seconds", JSON_OBJECT);
+    double sum = 0, total = json_real_value(get(seconds, "total", JSON_REAL));
+    for (size_t i = 0; i < 4; i++) sum += json_real_value(get(seconds, times[i], JSON_REAL));
+    assert_true(sum > 0 && sum <= total * 1.001);
+
+    static const char *const kinds[] = {"camera", "reflected", "refracted", "shadow", "continued"};
+    json_t *rays = get(root, "rays", JSON_OBJECT);
+    json_int_t count = 0;
+    for (size_t i = 0; i < 5; i++) count += whole(rays, kinds[i]);
+    assert_int_equal(whole(rays, "camera"), 40 * 30 * 2);
+    assert_int_equal(whole(rays, "total"), count);
+    get(rays, "per_second", JSON_REAL);
+    json_decref(root);
+}
+
+static void check_error(const char *arguments, int want, const char *status) {
+    int code;
+    json_t *root = run(arguments, &code), *error = get(root, "error", JSON_OBJECT);
+    assert_int_equal(code, want);
+    assert_int_equal(whole(root, "schema"), 1);
+    assert_string_equal(text(error, "status"), status);
+    assert_true(strlen(text(error, "message")) > 0);
+    text(error, "hint");
+    text(error, "file");
+    whole(error, "line");
+    whole(error, "column");
+    assert_int_equal(whole(error, "exit"), want);
+    json_decref(root);
+}
+
+static void test_errors(void **state) {
+    (void)state;
+    write_file("bad.lua", "-- a mistake\nsphere { radus = 1 }\n");
+    check_error("bad.lua --json --sise 3", 2, "usage");
+    check_error("--json", 2, "usage");
+    check_error("--json rendr", 2, "usage");
+    check_error("help --json dielectrc", 2, "usage");
+    check_error("info --json", 2, "usage");
+    check_error("nothing.lua --json", 5, "io");
+    check_error("info nothing.png --json", 5, "io");
+    int code;
+    json_t *root = run("bad.lua --json", &code), *error = get(root, "error", JSON_OBJECT);
+    assert_int_equal(code, 3);
+    assert_string_equal(text(error, "file"), "bad.lua");
+    assert_int_equal(whole(error, "line"), 2);
+    assert_non_null(strstr(text(error, "message"), "radus"));
+    assert_non_null(strstr(text(error, "hint"), "radius"));
+    json_decref(root);
+}
+
+static void test_several(void **state) {
+    (void)state;
+    int code;
+    json_t *root = run("ball.lua bad.lua -s 8x6 -n 1 --json", &code);
+    assert_int_equal(code, 1);
+    assert_int_equal(whole(root, "failed"), 1);
+    json_t *files = get(root, "files", JSON_ARRAY);
+    assert_int_equal(json_array_size(files), 2);
+    assert_null(json_object_get(json_array_get(files, 0), "error"));
+    assert_non_null(json_object_get(json_array_get(files, 1), "error"));
+    json_decref(root);
+}
+
+static void test_info(void **state) {
+    (void)state;
+    int code;
+    json_t *root = run("info ball.lua --json", &code);
+    assert_int_equal(code, 0);
+    assert_string_equal(text(root, "kind"), "scene");
+    assert_int_equal(whole(get(root, "counts", JSON_OBJECT), "instances"), 1);
+    assert_int_equal(json_array_size(get(root, "cameras", JSON_ARRAY)), 0);
+    assert_int_equal(json_array_size(get(get(root, "bounds", JSON_OBJECT), "min", JSON_ARRAY)), 3);
+    json_decref(root);
+    root = run("info ball.png --json", &code);
+    assert_int_equal(code, 0);
+    assert_string_equal(text(root, "kind"), "picture");
+    assert_string_equal(text(root, "format"), "png");
+    json_t *made = get(root, "made", JSON_OBJECT);
+    assert_string_equal(text(made, "file"), "ball.lua");
+    get(made, "options", JSON_ARRAY);
+    json_decref(root);
+    json_decref(run("--version --json", &code));
+    assert_int_equal(code, 0);
+    json_decref(run("example --json", &code));
+    assert_int_equal(code, 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_render),
+        cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_several),
+        cmocka_unit_test(test_info),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}

@@ -1,0 +1,360 @@
+/* One picture: scene, settings and seed decide every bit. Threads, instruction set, wave size, the
+ * tree's leaves and the order of its children change nothing. The hashes are left in
+ * TEST_BINARY_DIR/hashes.txt, where builds by several compilers can be compared. */
+#include <dirent.h>
+#include <string.h>
+
+#include "api/api.h"
+#include "render/render.h"
+#include "render_test.h"
+
+enum { WIDTH = 80, HEIGHT = 60 };
+
+static FILE *hashes;
+
+static int open_hashes(void **state) {
+    (void)state;
+    hashes = fopen(TEST_BINARY_DIR "/hashes.txt", "w");
+    return hashes ? 0 : -1;
+}
+
+static int close_hashes(void **state) {
+    (void)state;
+    return fclose(hashes);
+}
+
+/* ---- a scene with everything that this version has ---- */
+
+/* Turned about y by multiples of the angle of a 3-4-5 triangle: compilers and C libraries may differ
+ * about sines, and the scene must not. */
+static snell_transform turned(int turns, double sx, double sy, double sz, snell_vec3 to) {
+    double c = 1, s = 0;
+    for (int i = 0; i < turns; i++) {
+        double next = 0.8 * c - 0.6 * s;
+        s = 0.6 * c + 0.8 * s;
+        c = next;
+    }
+    return (snell_transform){{{(float)(c * sx), 0, (float)(s * sz), to.x},
+                              {0, (float)sy, 0, to.y},
+                              {(float)(-s * sx), 0, (float)(c * sz), to.z}}};
+}
+
+/* Three numbers in a fixed order, which arguments of one call would not have. */
+static snell_vec3 random_vec3(uint64_t *state) {
+    double x = uniform(state), y = uniform(state), z = uniform(state);
+    return v3(x, y, z);
+}
+
+static void put(rig *r, snell_shape_id shape, snell_material_id m, snell_transform at) {
+    MUST(snell_scene_add_instance(r->scene, shape, m, &at, NULL));
+}
+
+/* A bumpy sheet with smooth normals, uv and colours. */
+static snell_shape_id add_sheet(rig *r, const snell_material_id *materials) {
+    enum { SIDE = 9, COUNT = SIDE * SIDE, CELLS = (SIDE - 1) * (SIDE - 1) };
+    static snell_vec3 positions[COUNT], normals[COUNT], colors[COUNT];
+    static snell_vec2 uvs[COUNT];
+    static unsigned char alphas[COUNT];
+    static uint32_t indices[CELLS * 6], slots[CELLS * 2];
+    uint64_t random = 11;
+    for (uint32_t i = 0; i < COUNT; i++) {
+        double u = (i % SIDE) / (SIDE - 1.0), v = (i / SIDE) / (SIDE - 1.0);
+        positions[i] = v3(u - 0.5, 0.1 * uniform(&random), v - 0.5);
+        snell_vec3 slope = random_vec3(&random);
+        normals[i] = v3(0.25 * (double)slope.x, 1, 0.25 * (double)slope.z);
+        colors[i] = random_vec3(&random);
+        uvs[i] = (snell_vec2){(float)u, (float)v};
+        alphas[i] = (unsigned char)(i % 4 ? 255 : 128);
+    }
+    for (uint32_t i = 0; i < CELLS; i++) {
+        uint32_t a = i / (SIDE - 1) * SIDE + i % (SIDE - 1);
+        const uint32_t corners[6] = {a, a + SIDE, a + 1, a + 1, a + SIDE, a + SIDE + 1};
+        memcpy(indices + (size_t)6 * i, corners, sizeof corners);
+        slots[2 * i] = slots[2 * i + 1] = i % 3 == 0;
+    }
+    snell_mesh_desc desc = SNELL_INIT(mesh_desc);
+    snell_shape_id id;
+    desc.positions = positions;
+    desc.normals = normals;
+    desc.colors = colors;
+    desc.uvs = uvs;
+    desc.alphas = alphas;
+    desc.positions_count = desc.normals_count = desc.colors_count = COUNT;
+    desc.uvs_count = desc.alphas_count = COUNT;
+    desc.indices = indices;
+    desc.indices_count = CELLS * 6;
+    desc.material_slots = slots;
+    desc.material_slots_count = CELLS * 2;
+    desc.materials = materials;
+    desc.materials_count = 2;
+    MUST(snell_scene_add_mesh(r->scene, &desc, &id));
+    return id;
+}
+
+/* An octahedron: closed, so that glass and the mirrored instances of it have an inside. */
+static snell_shape_id add_gem(rig *r) {
+    static const uint32_t faces[] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                     2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    const snell_vec3 corners[] = {v3(1, 0, 0),  v3(-1, 0, 0), v3(0, 1, 0),
+                                  v3(0, -1, 0), v3(0, 0, 1),  v3(0, 0, -1)};
+    return add_mesh(r, corners, 6, faces, 24);
+}
+
+static snell_input add_picture(rig *r, double scale) {
+    unsigned char pixels[8 * 8 * 4];
+    uint64_t random = 5;
+    for (size_t i = 0; i < sizeof pixels; i++) pixels[i] = (unsigned char)(256 * uniform(&random));
+    snell_image_texture_desc desc = SNELL_INIT(image_texture_desc);
+    snell_input input = {grey(scale), {0, 0}};
+    desc.width = desc.height = 8;
+    desc.pixels = pixels;
+    desc.pixels_count = sizeof pixels;
+    desc.uv_scale = (snell_vec2){3, 2};
+    desc.uv_rotation = 0.3f;
+    MUST(snell_scene_add_image_texture(r->scene, &desc, &input.texture));
+    return input;
+}
+
+static void build_shapes(rig *r, snell_material_id shiny, snell_material_id painted) {
+    snell_disk_desc disk = SNELL_INIT(disk_desc);
+    snell_quad_desc quad = SNELL_INIT(quad_desc);
+    snell_shape_id id;
+    snell_material_id glass = add_glass(r, 1.5, v3(0.5, 0.1, 0.3), 1);
+    snell_material_id water = add_glass(r, 1.333, v3(0.2, 0.1, 0), 0);
+    disk.center = v3(-2.5, 1, -2);
+    disk.normal = v3(1, 0.2, 1);
+    disk.inner_radius = 0.3f;
+    MUST(snell_scene_add_disk(r->scene, &disk, &id));
+    place(r, id, add_mirror(r, v3(0.9, 0.8, 0.7)));
+    quad.corner = v3(1, 0.5, 1.5);
+    quad.u = v3(1, 0, 0.3);
+    quad.v = v3(0, 1, 0);
+    MUST(snell_scene_add_quad(r->scene, &quad, &id));
+    place(r, id, add_card(r, v3(0.2, 0.8, 0.2), 0.4));
+    place(r, id, add_card(r, v3(0.8, 0.2, 0.2), 0.3)); /* in the same place */
+    add_sphere(r, v3(0, 0.8, 0), 0.8, glass);
+    add_sphere(r, v3(0, 0.8, 0), 0.6, water); /* wholly in the glass: not there */
+    add_box(r, v3(-2, 0, 0.5), v3(-1, 0.6, 1.3), water);
+    add_box(r, v3(-1.2, -0.1, 0.6), v3(-0.8, 0.8, 1.2), glass);
+    add_sphere(r, v3(1.8, 0.5, -1), 0.5, shiny);
+    const snell_material_id both[2] = {painted, glass};
+    snell_shape_id sheet = add_sheet(r, both), gem = add_gem(r);
+    for (int i = 0; i < 6; i++) {
+        snell_vec3 at = v3(i - 2.5, 0.9 + 0.1 * i, -1.5 - 0.2 * i);
+        put(r, sheet, painted, turned(i, i % 2 ? -1 : 1, 1, 1.5, at));
+        put(r, gem, i % 3 ? shiny : glass,
+            turned(i + 1, 0.3, i % 2 ? 0.4 : -0.4, 0.3, v3(i - 2.5, 2, -1)));
+    }
+}
+
+static void build_everything(rig *r) {
+    snell_checker_texture_desc checker = SNELL_INIT(checker_texture_desc);
+    snell_lambert_desc floor = SNELL_INIT(lambert_desc), painted = SNELL_INIT(lambert_desc);
+    snell_blinn_phong_desc phong = SNELL_INIT(blinn_phong_desc);
+    snell_glazed_desc glazed = SNELL_INIT(glazed_desc);
+    snell_partial_mirror_desc partial = SNELL_INIT(partial_mirror_desc);
+    snell_headlight_light_desc head = SNELL_INIT(headlight_light_desc);
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    snell_material_id floor_id, paint_id, phong_id, glaze_id, partial_id;
+    floor.color.value = grey(1);
+    MUST(snell_scene_add_checker_texture(r->scene, &checker, &floor.color.texture));
+    MUST(snell_scene_add_lambert(r->scene, &floor, &floor_id));
+    painted.color = add_picture(r, 1);
+    painted.alpha = add_picture(r, 1);
+    painted.emission = flat(v3(0.02, 0, 0.05));
+    MUST(snell_scene_add_lambert(r->scene, &painted, &paint_id));
+    phong.specular = add_picture(r, 0.5);
+    MUST(snell_scene_add_blinn_phong(r->scene, &phong, &phong_id));
+    glazed.base = phong_id;
+    glazed.ior = 1.5f;
+    MUST(snell_scene_add_glazed(r->scene, &glazed, &glaze_id));
+    MUST(snell_scene_add_partial_mirror(r->scene, &partial, &partial_id));
+    add_plane(r, v3(0, 0, 0), v3(0, 1, 0), floor_id);
+    add_plane(r, v3(0, 0, -6), v3(0, 0.1, 1), partial_id);
+    build_shapes(r, glaze_id, paint_id);
+    add_point(r, v3(3, 5, 3), v3(30, 25, 20));
+    add_point(r, v3(0.1, 0.9, 0.1), v3(1, 2, 3)); /* in the glass */
+    add_sun(r, v3(-1, -2, -0.5), v3(0.5, 0.6, 0.7));
+    head.intensity = grey(2);
+    MUST(snell_scene_add_headlight_light(r->scene, &head, NULL));
+    MUST(snell_scene_set_ambient(r->scene, v3(0.05, 0.04, 0.03)));
+    MUST(snell_scene_set_background_gradient(r->scene, v3(0.3, 0.2, 0.1), v3(0.2, 0.4, 0.9)));
+    camera.from = v3(0.5, 2, 6);
+    camera.at = v3(0, 0.8, 0);
+    MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
+}
+
+static bool load_file; /* which scene is built: this file, or the one above */
+static const char *scene_path;
+
+static void build(rig *r) {
+    if (load_file)
+        MUST(snell_scene_load(r->scene, scene_path, NULL));
+    else
+        build_everything(r);
+    const char *added;
+    MUST(snell_scene_add_studio(r->scene, NULL, &added));
+    MUST(snell_scene_commit(r->scene, NULL, NULL));
+}
+
+/* ---- the same picture, made otherwise ---- */
+
+static snell_render_desc settings(rig *r, snell_integrator policy) {
+    snell_render_desc desc;
+    MUST(snell_scene_settings(r->scene, policy, &desc));
+    desc.width = WIDTH;
+    desc.height = HEIGHT;
+    desc.samples = full_tests() ? 16 : 4;
+    desc.min_weight = 0.002f;
+    desc.pixel_center = false;
+    desc.seed = 5;
+    return desc;
+}
+
+static uint64_t render_hash(rig *r, const snell_render_desc *desc) {
+    MUST(snell_render(r->scene, desc, r->film));
+    assert_int_equal(stats_of(r).film_overflows, 0);
+    return snell_film_hash(r->film);
+}
+
+static void same(uint64_t got, uint64_t expected, const char *how, unsigned long long value) {
+    if (got == expected) return;
+    fprintf(stderr, "%s: another picture with %s %llu\n", load_file ? scene_path : "everything",
+            how, value);
+    fail();
+}
+
+static uint64_t check_threads_and_waves(const char *name, snell_integrator policy) {
+    static const uint32_t threads[] = {1, 2, 3, 8}, waves[] = {1, 7, 64, 4096};
+    uint64_t expected = 0;
+    for (size_t t = 0; t < 4; t++) {
+        rig r = rig_make(threads[t], SNELL_ISA_AUTO);
+        build(&r);
+        snell_render_desc desc = settings(&r, policy);
+        uint64_t hash = render_hash(&r, &desc);
+        if (t == 0) {
+            expected = hash;
+            fprintf(hashes, "%s %d %016llx\n", name, (int)policy, (unsigned long long)hash);
+        }
+        same(hash, expected, "threads", threads[t]);
+        for (size_t w = 0; w < 4 && t == 1; w++) {
+            desc.wave_size = waves[w];
+            same(render_hash(&r, &desc), expected, "waves of", waves[w]);
+        }
+        rig_free(&r);
+    }
+    return expected;
+}
+
+static void check_isas(snell_integrator policy, uint64_t expected) {
+    for (snell_isa isa = SNELL_ISA_SCALAR; isa <= SNELL_ISA_AVX512; isa++) {
+        rig r = rig_make(2, isa);
+        if (snell_context_isa(r.context) != isa) {
+            printf("NOT TESTED: %s, which this machine or build lacks\n", snell_isa_name(isa));
+        } else {
+            build(&r);
+            snell_render_desc desc = settings(&r, policy);
+            same(render_hash(&r, &desc), expected, "instruction set", isa);
+        }
+        rig_free(&r);
+    }
+}
+
+/* Trees with other leaves and with children in a random order, by what snell_render does. */
+static void check_trees(snell_integrator policy, uint64_t expected) {
+    static const accel_options trees[] = {
+        {.leaf_size = 1}, {.leaf_size = 3, .seed = 1}, {.seed = 9}};
+    for (size_t i = 0; i < sizeof trees / sizeof trees[0]; i++) {
+        rig r = rig_make(2, SNELL_ISA_AUTO);
+        build(&r);
+        scene_options options = {.accel = trees[i]};
+        scene *other;
+        MUST(scene_freeze(r.scene->description, &options, r.context->pool, &other));
+        scene_destroy(r.scene->frozen);
+        r.scene->frozen = other;
+        snell_render_desc desc = settings(&r, policy);
+        same(render_hash(&r, &desc), expected, "tree", i);
+        rig_free(&r);
+    }
+}
+
+/* The crop lies across blocks, and ends within them. */
+static void check_crop(snell_integrator policy) {
+    rig r = rig_make(2, SNELL_ISA_AUTO);
+    build(&r);
+    snell_render_desc desc = settings(&r, policy);
+    static float whole[WIDTH * HEIGHT * 3];
+    render_hash(&r, &desc);
+    memcpy(whole, snell_film_pixels(r.film, NULL, NULL, NULL), sizeof whole);
+    desc.crop_x = 21;
+    desc.crop_y = 13;
+    desc.crop_width = 37;
+    desc.crop_height = 30;
+    render_hash(&r, &desc);
+    uint32_t width, height;
+    const float *part = snell_film_pixels(r.film, &width, &height, NULL);
+    assert_int_equal(width, desc.crop_width);
+    assert_int_equal(height, desc.crop_height);
+    for (uint32_t y = 0; y < height; y++)
+        assert_memory_equal(part + (size_t)y * width * 3,
+                            whole + ((size_t)(y + desc.crop_y) * WIDTH + desc.crop_x) * 3,
+                            width * 3 * sizeof(float));
+    rig_free(&r);
+}
+
+static void check_seed_matters(void) {
+    rig r = rig_make(2, SNELL_ISA_AUTO);
+    build(&r);
+    snell_render_desc desc = settings(&r, SNELL_WHITTED);
+    uint64_t before = render_hash(&r, &desc);
+    desc.seed++;
+    assert_true(render_hash(&r, &desc) != before);
+    snell_render_stats stats = stats_of(&r);
+    assert_true(stats.rays_reflected && stats.rays_refracted && stats.rays_shadow &&
+                stats.rays_continued);
+    rig_free(&r);
+}
+
+static void everything_is_one_picture(void **state) {
+    (void)state;
+    load_file = false;
+    for (snell_integrator policy = SNELL_APPEL; policy <= SNELL_WHITTED; policy++) {
+        uint64_t expected = check_threads_and_waves("everything", policy);
+        check_isas(policy, expected);
+        check_trees(policy, expected);
+        check_crop(policy);
+    }
+    check_seed_matters();
+}
+
+static int is_scene(const struct dirent *entry) {
+    size_t length = strlen(entry->d_name);
+    return length > 4 && strcmp(entry->d_name + length - 4, ".lua") == 0;
+}
+
+/* What is shown is also proven. */
+static void every_showcase_is_one_picture(void **state) {
+    (void)state;
+    struct dirent **entries;
+    int count = scandir(TEST_SOURCE_DIR "/scenes", &entries, is_scene, alphasort);
+    assert_true(count > 0);
+    load_file = true;
+    for (int i = 0; i < count; i++) {
+        char path[4096];
+        snprintf(path, sizeof path, "%s/scenes/%s", TEST_SOURCE_DIR, entries[i]->d_name);
+        scene_path = path;
+        uint64_t expected = check_threads_and_waves(entries[i]->d_name, SNELL_WHITTED);
+        check_isas(SNELL_WHITTED, expected);
+        check_trees(SNELL_WHITTED, expected);
+        free(entries[i]);
+    }
+    free(entries);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(everything_is_one_picture),
+        cmocka_unit_test(every_showcase_is_one_picture),
+    };
+    return cmocka_run_group_tests(tests, open_hashes, close_hashes);
+}
