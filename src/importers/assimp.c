@@ -190,6 +190,8 @@ static snell_status assimp_read(const char *path, const import_options *options,
     import_extension(path, r.extension, sizeof r.extension);
     snell_status status = import_read_file(path, NULL, options, &fs.data, &fs.size);
     if (!status && fs.size == 0) status = error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
+    bool ply = is(&r, ".ply") || (fs.size >= 3 && memcmp(fs.data, "ply", 3) == 0);
+    if (!status && ply) status = ply_check(fs.data, fs.size);
     if (!status && is(&r, ".obj")) status = obj_repair(&fs.data, &fs.size);
     if (!status) {
         /* An extension that says nothing: the content must. */

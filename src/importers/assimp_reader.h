@@ -42,6 +42,7 @@ snell_status reader_read_materials(reader *r);
 snell_status reader_read_meshes(reader *r);
 /* *text is owned and may be replaced. */
 snell_status obj_repair(uint8_t **text, size_t *size);
+snell_status ply_check(const uint8_t *text, size_t size);
 void mtl_repair(uint8_t *text, size_t size);
 
 #endif

@@ -1,5 +1,6 @@
-/* OBJ and MTL as libassimp's reader understands them: it refuses a whole file for numbers such as
- * ".5" and for statements of newer dialects that it takes for numbers ("aniso"). */
+/* Files as libassimp's readers understand them. Its OBJ reader refuses a whole file for numbers such
+ * as ".5" and for statements of newer dialects that it takes for numbers ("aniso"); its PLY reader
+ * never ends on a header that does not. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,6 +33,11 @@ snell_status obj_repair(uint8_t **text, size_t *size) {
     *text = out;
     *size = used;
     return SNELL_OK;
+}
+
+snell_status ply_check(const uint8_t *text, size_t size) {
+    if (memmem(text, size, "end_header", 10)) return SNELL_OK;
+    return error_set(SNELL_ERR_SYNTAX, NULL, "the PLY header has no end");
 }
 
 /* The statements that materials are made from; bump and reflection maps stay, to be warned of. */
