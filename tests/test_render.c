@@ -429,6 +429,40 @@ static void two_renders_share_a_scene(void **state) {
     }
 }
 
+static atomic_bool enough;
+
+static void *commit_again_and_again(void *argument) {
+    const rig *r = argument;
+    while (!atomic_load(&enough)) MUST(snell_scene_commit(r->scene, NULL, NULL));
+    return NULL;
+}
+
+/* The grey of shapes without a material was once shared by all scenes, and each commit cleared it. */
+static void a_commit_elsewhere_changes_no_picture(void **state) {
+    (void)state;
+    snell_view view = look(v3(0, 0, 5), v3(0, 0, 0));
+    snell_render_desc d = picture(SNELL_WHITTED, 64, 64, 0);
+    d.view = &view;
+    add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
+    add_point(&bench, v3(3, 3, 5), grey(30));
+    commit();
+    MUST(snell_render(bench.scene, &d, bench.film));
+    uint64_t hash = snell_film_hash(bench.film);
+    rig other = rig_make(1, SNELL_ISA_AUTO);
+    pthread_t thread;
+    atomic_store(&enough, false);
+    assert_int_equal(pthread_create(&thread, NULL, commit_again_and_again, &other), 0);
+    int changed = 0;
+    for (int i = 0; i < 100; i++) {
+        MUST(snell_render(bench.scene, &d, bench.film));
+        changed += snell_film_hash(bench.film) != hash;
+    }
+    atomic_store(&enough, true);
+    pthread_join(thread, NULL);
+    rig_free(&other);
+    assert_int_equal(changed, 0);
+}
+
 /* ---- bad arguments ---- */
 
 #define REFUSED(expected, call)                                                                    \
@@ -824,6 +858,7 @@ int main(void) {
         cmocka_unit_test_setup(a_cancelled_film_has_whole_blocks, fresh),
         cmocka_unit_test_setup(edits_meanwhile_are_refused, fresh),
         cmocka_unit_test_setup(two_renders_share_a_scene, fresh),
+        cmocka_unit_test_setup(a_commit_elsewhere_changes_no_picture, fresh),
         cmocka_unit_test_setup(bad_renders_are_refused, fresh),
         cmocka_unit_test_setup(bad_queries_are_refused, fresh),
         cmocka_unit_test_setup(bad_contexts_and_films_are_refused, fresh),
