@@ -275,6 +275,34 @@ static void alpha_is_counted_once_each(void **state) {
         }
 }
 
+/* Vertex alpha let no light through where the mesh chose its materials by slots. */
+static void vertex_alpha_lets_light_through(void **state) {
+    (void)state;
+    for (int slots = 0; slots < 2; slots++) {
+        rig_clear(&bench);
+        snell_material_id matte = add_lambert(&bench, grey(0.5));
+        add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), matte);
+        const snell_vec3 positions[] = {{-9, 1, -9}, {-9, 1, 9}, {9, 1, 0}};
+        const uint32_t indices[] = {0, 1, 2}, slot = 0;
+        const uint8_t alphas[] = {51, 51, 51}; /* 0.2 */
+        snell_mesh_desc desc = SNELL_INIT(mesh_desc);
+        snell_shape_id id;
+        desc.positions = positions, desc.positions_count = 3;
+        desc.indices = indices, desc.indices_count = 3;
+        desc.alphas = alphas, desc.alphas_count = 3;
+        if (slots) {
+            desc.material_slots = &slot, desc.material_slots_count = 1;
+            desc.materials = &matte, desc.materials_count = 1;
+        }
+        MUST(snell_scene_add_mesh(bench.scene, &desc, &id));
+        place(&bench, id, matte);
+        add_sun(&bench, v3(0, -1, 0), grey(1));
+        commit();
+        rgb below = trace_ray(&bench, SNELL_WHITTED, v3(-1, 0.5, 0), v3(-1, 0, 0), 0);
+        ASSERT_CLOSE(below.c[0], 0.5 / PI_ * 0.8, TOLERANCE, 0);
+    }
+}
+
 /* More shadow rays than a wave holds. */
 static void many_lights_add_up(void **state) {
     (void)state;
@@ -489,6 +517,7 @@ int main(void) {
         cmocka_unit_test_setup(water_without_shadow_takes_no_light, fresh),
         cmocka_unit_test_setup(a_light_under_water_is_absorbed, fresh),
         cmocka_unit_test_setup(alpha_is_counted_once_each, fresh),
+        cmocka_unit_test_setup(vertex_alpha_lets_light_through, fresh),
         cmocka_unit_test_setup(many_lights_add_up, fresh),
         cmocka_unit_test_setup(a_partial_mirror_is_both, fresh),
         cmocka_unit_test_setup(a_glaze_never_traces_its_base, fresh),

@@ -90,7 +90,7 @@ static uint32_t instance_mask(const scene *s, const scene_instance *at) {
     uint32_t mask = shadow_mask(&s->materials[at->material]);
     if (at->type->intersect != NULL) return mask;
     const mesh_desc *mesh = at->shape;
-    if (mesh->alphas_count) mask = MASK_FILTER;
+    if (mesh->alphas_count) return MASK_FILTER;
     if (mesh->material_slots_count == 0) return mask;
     mask = shadow_mask(&s->materials[mesh->materials[0].index1 - 1]);
     for (size_t i = 0; i < mesh->materials_count; i++)
