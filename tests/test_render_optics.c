@@ -303,6 +303,37 @@ static void vertex_alpha_lets_light_through(void **state) {
     }
 }
 
+/* Past a thousand of them light was silently lost; what is too much is an error. */
+static void light_passes_many_cards(void **state) {
+    (void)state;
+    static const int counts[] = {1500, 12000};
+    for (int i = 0; i < 2; i++) {
+        rig_clear(&bench);
+        add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), add_lambert(&bench, grey(0.5)));
+        snell_material_id clear = add_card(&bench, grey(0.5), 0);
+        snell_quad_desc desc = SNELL_INIT(quad_desc);
+        snell_shape_id card;
+        desc.corner = v3(-9, 0, -9), desc.u = v3(0, 0, 18), desc.v = v3(18, 0, 0);
+        MUST(snell_scene_add_quad(bench.scene, &desc, &card));
+        for (int j = 0; j < counts[i]; j++) {
+            snell_transform up = {{{1, 0, 0, 0}, {0, 1, 0, 1 + 0.01f * (float)j}, {0, 0, 1, 0}}};
+            MUST(snell_scene_add_instance(bench.scene, card, clear, &up, NULL));
+        }
+        add_sun(&bench, v3(0, -1, 0), grey(1));
+        commit();
+        if (i == 0) {
+            rgb below = trace_ray(&bench, SNELL_WHITTED, v3(0.5, 0.5, 0), v3(0, 0, 0), 0);
+            ASSERT_CLOSE(below.c[0], 0.5 / PI_, TOLERANCE, 0);
+            continue;
+        }
+        snell_render_desc d = picture(SNELL_WHITTED, 1, 1, 0);
+        snell_view view = look(v3(0.5, 0.5, 0), v3(0, 0, 0));
+        d.view = &view;
+        assert_int_equal(snell_render(bench.scene, &d, bench.film), SNELL_ERR_UNSUPPORTED);
+        assert_true(snell_last_error()->text[0] != '\0');
+    }
+}
+
 /* More shadow rays than a wave holds. */
 static void many_lights_add_up(void **state) {
     (void)state;
@@ -518,6 +549,7 @@ int main(void) {
         cmocka_unit_test_setup(a_light_under_water_is_absorbed, fresh),
         cmocka_unit_test_setup(alpha_is_counted_once_each, fresh),
         cmocka_unit_test_setup(vertex_alpha_lets_light_through, fresh),
+        cmocka_unit_test_setup(light_passes_many_cards, fresh),
         cmocka_unit_test_setup(many_lights_add_up, fresh),
         cmocka_unit_test_setup(a_partial_mirror_is_both, fresh),
         cmocka_unit_test_setup(a_glaze_never_traces_its_base, fresh),
