@@ -465,6 +465,11 @@ static void a_commit_elsewhere_changes_no_picture(void **state) {
 
 /* ---- bad arguments ---- */
 
+static bool never(void *user, const snell_progress *progress) {
+    (void)user, (void)progress;
+    return false;
+}
+
 #define REFUSED(expected, call)                                                                    \
     do {                                                                                           \
         assert_int_equal((call), (expected));                                                      \
@@ -602,6 +607,14 @@ static void bad_contexts_and_films_are_refused(void **state) {
     snell_scene_destroy(NULL);
     snell_context_destroy(NULL);
     snell_free(NULL);
+}
+
+static void a_cancelled_commit_says_so(void **state) {
+    (void)state;
+    add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_shape(bench.scene, "spher", NULL, 0, NULL));
+    REFUSED(SNELL_CANCELLED, snell_scene_commit(bench.scene, never, NULL));
+    commit();
 }
 
 static void bad_objects_are_refused(void **state) {
@@ -862,6 +875,7 @@ int main(void) {
         cmocka_unit_test_setup(bad_renders_are_refused, fresh),
         cmocka_unit_test_setup(bad_queries_are_refused, fresh),
         cmocka_unit_test_setup(bad_contexts_and_films_are_refused, fresh),
+        cmocka_unit_test_setup(a_cancelled_commit_says_so, fresh),
         cmocka_unit_test_setup(bad_objects_are_refused, fresh),
         cmocka_unit_test_setup(nothing_shadows_itself, fresh),
     };
