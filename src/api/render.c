@@ -116,7 +116,7 @@ static snell_status choose_camera(const snell_scene *s, const snell_render_desc 
     if (cameras->count == 0)
         return error_set(SNELL_ERR_ARGUMENT, "add one, set view, or call snell_scene_add_studio",
                          "the scene has no camera");
-    if (index >= cameras->count)
+    if (index >= cameras->count || r->camera.generation != 0)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "there is no camera %u", index + 1);
     *type = (const camera_type *)cameras->items[index].type;
     *desc = cameras->items[index].desc;

@@ -178,6 +178,9 @@ snell_status snell_scene_add_instance(snell_scene *s, snell_shape_id shape,
     uint32_t index = 0;
     if (shape.index1 == 0)
         status = error_set(SNELL_ERR_ARGUMENT, NULL, "an instance needs a shape");
+    if (!status && (shape.generation != 0 || material_id.generation != 0)) /* none is removed */
+        status = error_set(SNELL_ERR_ARGUMENT, "ids come from the calls that add things",
+                           "an instance of what was never added");
     uint32_t m = material_id.index1 ? material_id.index1 - 1 : NO_MATERIAL;
     transform identity = transform_identity();
     if (!status)
