@@ -650,6 +650,8 @@ static void bad_objects_are_refused(void **state) {
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_light(s, "point", NULL, 0, NULL)); /* no position */
     MUST(snell_scene_add_shape(s, "sphere", NULL, 0, &shape));
     material = (snell_material_id){0, 0};
+    snell_shape_id stale = {shape.index1, 1};
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_instance(s, stale, material, NULL, &instance));
     REFUSED(SNELL_ERR_ARGUMENT,
             snell_scene_add_instance(s, (snell_shape_id){0, 0}, material, NULL, NULL));
     REFUSED(SNELL_ERR_ARGUMENT,
