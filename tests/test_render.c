@@ -638,6 +638,11 @@ static void bad_objects_are_refused(void **state) {
         sphere.radius = radii[i];
         REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_sphere(s, &sphere, &shape));
     }
+    snell_dielectric_desc glass = SNELL_INIT(dielectric_desc);
+    glass.attenuation_color = grey(1e-6); /* the least, which as a float is a little less */
+    MUST(snell_scene_add_dielectric(s, &glass, &material));
+    glass.attenuation_color = grey(0.9e-6);
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_dielectric(s, &glass, &material));
     lambert.color.value.y = -1;
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_lambert(s, &lambert, &material));
     lambert.color = (snell_input){grey(1), {5, 0}};
