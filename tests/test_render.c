@@ -643,6 +643,11 @@ static void bad_objects_are_refused(void **state) {
     MUST(snell_scene_add_dielectric(s, &glass, &material));
     glass.attenuation_color = grey(0.9e-6);
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_dielectric(s, &glass, &material));
+    snell_view flat_view = SNELL_INIT(view);
+    snell_bounds bounds = {{-1, -1, -1}, {1, 1, 1}};
+    MUST(snell_view_frame(&flat_view, &bounds, 0, 0, 1));
+    flat_view.fov = 0; /* gave a camera at infinity */
+    REFUSED(SNELL_ERR_ARGUMENT, snell_view_frame(&flat_view, &bounds, 0, 0, 1));
     lambert.color.value.y = -1;
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_lambert(s, &lambert, &material));
     lambert.color = (snell_input){grey(1), {5, 0}};

@@ -21,7 +21,7 @@ bounds3 description_bounds(const description *d) {
 snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
                               float elevation, float aspect) {
     if (view == NULL || bounds == NULL || !(aspect > 0) || !isfinite(azimuth) ||
-        !isfinite(elevation))
+        !isfinite(elevation) || !(view->fov > 0 && (double)view->fov < PI))
         return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_view_frame: an argument is out of range");
     dvec3 low = dvec3_from(bounds->min), high = dvec3_from(bounds->max);
     if (bounds3_is_empty(*bounds)) low = (dvec3){-1, -1, -1}, high = (dvec3){1, 1, 1};
