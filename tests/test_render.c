@@ -609,6 +609,20 @@ static void bad_contexts_and_films_are_refused(void **state) {
     snell_free(NULL);
 }
 
+static void a_picture_without_exposure_is_refused(void **state) {
+    (void)state;
+    add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
+    commit();
+    trace_ray(&bench, SNELL_APPEL, v3(0, 0, 5), v3(0, 0, 0), 0);
+    snell_image_desc desc = SNELL_INIT(image_desc);
+    void *data = NULL;
+    size_t size = 0;
+    desc.exposure_set = true;
+    desc.exposure = NAN;
+    REFUSED(SNELL_ERR_ARGUMENT, snell_film_encode(bench.film, "ppm", &desc, &data, &size));
+    assert_null(data);
+}
+
 static void a_cancelled_commit_says_so(void **state) {
     (void)state;
     add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
@@ -887,6 +901,7 @@ int main(void) {
         cmocka_unit_test_setup(bad_renders_are_refused, fresh),
         cmocka_unit_test_setup(bad_queries_are_refused, fresh),
         cmocka_unit_test_setup(bad_contexts_and_films_are_refused, fresh),
+        cmocka_unit_test_setup(a_picture_without_exposure_is_refused, fresh),
         cmocka_unit_test_setup(a_cancelled_commit_says_so, fresh),
         cmocka_unit_test_setup(bad_objects_are_refused, fresh),
         cmocka_unit_test_setup(nothing_shadows_itself, fresh),

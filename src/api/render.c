@@ -224,16 +224,18 @@ uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) :
 /* The codec's options from what the caller says, else what the film's scene asks for. */
 static snell_status image_settings(const snell_film *f, const snell_image_desc *desc,
                                    image_options *out) {
+    if (f->film.pixels == NULL)
+        return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
+    if (desc && desc->struct_size != sizeof *desc)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    if (desc && desc->exposure_set && !isfinite(desc->exposure))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "the exposure is not a finite number");
     char word[32];
     choice_word("default|clip|reinhard|neutral", f->tonemap, word, sizeof word);
     bool named = desc && desc->tonemap;
     *out = (image_options){.exposure =
                                (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
                            .tag = desc ? desc->tag : NULL};
-    if (f->film.pixels == NULL)
-        return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
-    if (desc && desc->struct_size != sizeof *desc)
-        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
     return tonemap_find(named ? desc->tonemap : word, &out->map);
 }
 
