@@ -1,5 +1,6 @@
 /* The film, the sample points, and what snell_render promises: dropped weight, depth, progress,
  * cancelling, no edits meanwhile, errors for bad arguments, no surface that shadows itself. */
+#include <fenv.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -463,6 +464,32 @@ static void a_commit_elsewhere_changes_no_picture(void **state) {
     assert_int_equal(changed, 0);
 }
 
+/* Directions were once made unit length by whatever rounding the caller had set. */
+static void the_callers_rounding_changes_no_picture(void **state) {
+    (void)state;
+    for (int i = 0; i < 20; i++) {
+        uint64_t hash[2];
+        for (int upward = 0; upward < 2; upward++) {
+            rig_clear(&bench);
+            snell_disk_desc disk = SNELL_INIT(disk_desc);
+            snell_shape_id id;
+            disk.normal = v3(1, 0.3 + 0.17 * i, 3);
+            if (upward) fesetround(FE_UPWARD);
+            MUST(snell_scene_add_disk(bench.scene, &disk, &id));
+            place(&bench, id, (snell_material_id){0, 0});
+            add_sun(&bench, (snell_vec3){-1, -3, -disk.normal.y}, grey(1));
+            MUST(snell_scene_add_studio(bench.scene, NULL, NULL));
+            commit();
+            snell_render_desc d = picture(SNELL_WHITTED, 32, 32, 0);
+            MUST(snell_render(bench.scene, &d, bench.film));
+            assert_int_equal(fegetround(), upward ? FE_UPWARD : FE_TONEAREST);
+            fesetround(FE_TONEAREST);
+            hash[upward] = snell_film_hash(bench.film);
+        }
+        assert_true(hash[0] == hash[1]);
+    }
+}
+
 /* ---- bad arguments ---- */
 
 static bool never(void *user, const snell_progress *progress) {
@@ -898,6 +925,7 @@ int main(void) {
         cmocka_unit_test_setup(edits_meanwhile_are_refused, fresh),
         cmocka_unit_test_setup(two_renders_share_a_scene, fresh),
         cmocka_unit_test_setup(a_commit_elsewhere_changes_no_picture, fresh),
+        cmocka_unit_test_setup(the_callers_rounding_changes_no_picture, fresh),
         cmocka_unit_test_setup(bad_renders_are_refused, fresh),
         cmocka_unit_test_setup(bad_queries_are_refused, fresh),
         cmocka_unit_test_setup(bad_contexts_and_films_are_refused, fresh),

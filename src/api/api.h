@@ -25,6 +25,7 @@ struct snell_scene {
     pthread_mutex_t lock;
     uint32_t readers;
     bool editing;
+    unsigned float_saved; /* the editor's own, until it is done */
 };
 
 struct snell_film {
@@ -34,6 +35,7 @@ struct snell_film {
     int tonemap;    /* choice of render_desc.tonemap, never "default" */
 };
 
+/* An edit computes too (it normalises directions), so the caller's rounding is set aside for it. */
 snell_status scene_begin_edit(snell_scene *s);
 void scene_end_edit(snell_scene *s);
 /* Fails without a commit. const: reading is not an edit. */

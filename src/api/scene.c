@@ -20,10 +20,12 @@ snell_status scene_begin_edit(snell_scene *s) {
     if (busy)
         return error_set(SNELL_ERR_STATE, "wait for the render or query to return, or cancel it",
                          "the scene is in use and cannot be edited");
+    s->float_saved = floatenv_enter();
     return SNELL_OK;
 }
 
 void scene_end_edit(snell_scene *s) {
+    floatenv_leave(s->float_saved);
     pthread_mutex_lock(&s->lock);
     s->editing = false;
     pthread_mutex_unlock(&s->lock);
@@ -296,7 +298,6 @@ static bool report_build(void *user, double fraction) {
 snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
-    unsigned saved = floatenv_enter();
     commit_progress forward = {progress, user};
     scene_options options = {
         .accel = {.progress = progress ? report_build : NULL, .user = &forward}};
@@ -306,7 +307,6 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
         scene_destroy(s->frozen);
         s->frozen = frozen;
     }
-    floatenv_leave(saved);
     scene_end_edit(s);
     return status;
 }
