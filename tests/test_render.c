@@ -430,6 +430,31 @@ static void two_renders_share_a_scene(void **state) {
     }
 }
 
+static bool ask_meanwhile(void *user, const snell_progress *p) {
+    (void)p;
+    snell_scene_stats stats = {.struct_size = sizeof stats};
+    snell_object_info info;
+    snell_render_desc desc;
+    snell_bounds bounds;
+    int *refused = user;
+    *refused += snell_scene_get_stats(bench.scene, &stats) == SNELL_ERR_STATE;
+    *refused += snell_scene_get_light(bench.scene, 0, &info) == SNELL_ERR_STATE;
+    *refused += snell_scene_settings(bench.scene, SNELL_WHITTED, &desc) == SNELL_ERR_STATE;
+    *refused += snell_scene_bounds(bench.scene, &bounds) == SNELL_ERR_STATE;
+    return false;
+}
+
+/* Questions about a scene once looked at it while it was being edited. */
+static void questions_during_an_edit_are_refused(void **state) {
+    (void)state;
+    int refused = 0;
+    add_point(&bench, v3(0, 0, 0), grey(1));
+    assert_int_equal(snell_scene_commit(bench.scene, ask_meanwhile, &refused), SNELL_CANCELLED);
+    assert_int_equal(refused, 4);
+    snell_object_info info;
+    MUST(snell_scene_get_light(bench.scene, 0, &info));
+}
+
 static atomic_bool enough;
 
 static void *commit_again_and_again(void *argument) {
@@ -923,6 +948,7 @@ int main(void) {
         cmocka_unit_test_setup(progress_comes_often_and_stops_at_once, fresh),
         cmocka_unit_test_setup(a_cancelled_film_has_whole_blocks, fresh),
         cmocka_unit_test_setup(edits_meanwhile_are_refused, fresh),
+        cmocka_unit_test_setup(questions_during_an_edit_are_refused, fresh),
         cmocka_unit_test_setup(two_renders_share_a_scene, fresh),
         cmocka_unit_test_setup(a_commit_elsewhere_changes_no_picture, fresh),
         cmocka_unit_test_setup(the_callers_rounding_changes_no_picture, fresh),

@@ -38,9 +38,7 @@ static bool has_clear_background(const description *d) {
     return background && ((const background_desc *)background->desc)->alpha < 1;
 }
 
-snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
-                                  snell_render_desc *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+static snell_status settings(const snell_scene *s, snell_integrator which, snell_render_desc *out) {
     render_desc defaults;
     desc_init(&setting_render, &defaults);
     const render_desc *r = render_settings(s);
@@ -64,6 +62,16 @@ snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
         .transparent = has_clear_background(s->description),
         .seed = (uint64_t)r->seed};
     return SNELL_OK;
+}
+
+snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
+                                  snell_render_desc *out) {
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    status = settings(s, which, out);
+    scene_end_read(s);
+    return status;
 }
 
 static snell_status check_render(const snell_render_desc *r) {

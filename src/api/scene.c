@@ -31,11 +31,11 @@ void scene_end_edit(snell_scene *s) {
     pthread_mutex_unlock(&s->lock);
 }
 
-snell_status scene_begin_read(const snell_scene *shared) {
+static snell_status begin_read(const snell_scene *shared, bool committed) {
     if (shared == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
     snell_scene *s = (snell_scene *)(uintptr_t)shared;
     pthread_mutex_lock(&s->lock);
-    bool ready = !s->editing && s->frozen != NULL, editing = s->editing;
+    bool editing = s->editing, ready = !editing && (s->frozen != NULL || !committed);
     if (ready) s->readers++;
     pthread_mutex_unlock(&s->lock);
     if (editing) return error_set(SNELL_ERR_STATE, NULL, "the scene is being edited");
@@ -44,6 +44,9 @@ snell_status scene_begin_read(const snell_scene *shared) {
                          "the scene was not committed");
     return SNELL_OK;
 }
+
+snell_status scene_begin_look(const snell_scene *s) { return begin_read(s, false); }
+snell_status scene_begin_read(const snell_scene *s) { return begin_read(s, true); }
 
 void scene_end_read(const snell_scene *shared) {
     snell_scene *s = (snell_scene *)(uintptr_t)shared;
@@ -312,16 +315,12 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
 }
 
 snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
-    snell_scene *shared = (snell_scene *)(uintptr_t)s;
-    pthread_mutex_lock(&shared->lock);
-    bool uncommitted = !s->editing && s->frozen == NULL;
-    if (uncommitted) *out = description_bounds(s->description);
-    pthread_mutex_unlock(&shared->lock);
-    if (uncommitted) return SNELL_OK;
-    snell_status status = scene_begin_read(s);
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
     if (status) return status;
-    *out = s->frozen->bounds;
+    unsigned saved = floatenv_enter();
+    *out = s->frozen ? s->frozen->bounds : description_bounds(s->description);
+    floatenv_leave(saved);
     scene_end_read(s);
     return SNELL_OK;
 }
@@ -362,7 +361,6 @@ static uint64_t array_bytes(const object *o) {
     return sum;
 }
 
-bool description_has_emission(const description *d);
 bool description_has_emission(const description *d) {
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
     for (size_t i = 0; i < materials->count; i++)
@@ -375,6 +373,8 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
     if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
     if (out->struct_size != sizeof *out)
         return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
     const description *d = s->description;
     *out = (snell_scene_stats){.struct_size = sizeof *out,
                                .format = d->format,
@@ -397,19 +397,25 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
         accel_memory memory = accel_get_memory(s->frozen->accel);
         out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
     }
+    scene_end_read(s);
     return SNELL_OK;
 }
 
 static snell_status get_object(const snell_scene *s, category what, uint32_t index,
                                snell_object_info *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
     const object_list *list = &s->description->objects[what];
-    if (index >= list->count)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu %ss, counted from 0", list->count,
-                         category_name(what));
-    const object *o = &list->items[index];
-    *out = (snell_object_info){o->type->name, o->name, o->line};
-    return SNELL_OK;
+    if (index < list->count) {
+        const object *o = &list->items[index];
+        *out = (snell_object_info){o->type->name, o->name, o->line};
+    } else {
+        status = error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu %ss, counted from 0",
+                           list->count, category_name(what));
+    }
+    scene_end_read(s);
+    return status;
 }
 
 snell_status snell_scene_get_camera(const snell_scene *s, uint32_t index, snell_object_info *out,
@@ -419,13 +425,12 @@ snell_status snell_scene_get_camera(const snell_scene *s, uint32_t index, snell_
     return status;
 }
 
-snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, snell_view *out) {
-    snell_object_info info;
+static snell_status get_view(const description *d, snell_camera_id camera, snell_view *out) {
+    const object_list *list = &d->objects[CATEGORY_CAMERA];
     uint32_t index = camera.index1 ? camera.index1 - 1 : 0;
-    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
-    snell_status status = snell_scene_get_camera(s, index, &info, NULL);
-    if (status) return status;
-    const object *o = &s->description->objects[CATEGORY_CAMERA].items[index];
+    if (index >= list->count || camera.generation != 0)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "there is no camera %u", index + 1);
+    const object *o = &list->items[index];
     if (o->type != &camera_perspective.info)
         return error_set(SNELL_ERR_UNSUPPORTED, NULL, "a camera of type %s has no view",
                          o->type->name);
@@ -433,6 +438,15 @@ snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, 
     *out = SNELL_INIT(view);
     out->from = c->from, out->at = c->at, out->up = c->up, out->fov = c->fov;
     return SNELL_OK;
+}
+
+snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, snell_view *out) {
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    status = get_view(s->description, camera, out);
+    scene_end_read(s);
+    return status;
 }
 
 snell_status snell_scene_get_light(const snell_scene *s, uint32_t index, snell_object_info *out) {
@@ -445,11 +459,17 @@ snell_status snell_scene_get_material(const snell_scene *s, uint32_t index,
 }
 
 snell_status snell_scene_get_param(const snell_scene *s, uint32_t index, snell_scene_param *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
-    if (index >= s->description->param_count)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu parameters, counted from 0",
-                         s->description->param_count);
-    const scene_param *p = &s->description->params[index];
-    *out = (snell_scene_param){p->name, p->kind, p->value, p->default_value, p->help};
-    return SNELL_OK;
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    const description *d = s->description;
+    if (index < d->param_count) {
+        const scene_param *p = &d->params[index];
+        *out = (snell_scene_param){p->name, p->kind, p->value, p->default_value, p->help};
+    } else {
+        status = error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu parameters, counted from 0",
+                           d->param_count);
+    }
+    scene_end_read(s);
+    return status;
 }

@@ -109,8 +109,6 @@ static snell_status studio_lights(snell_scene *s, const snell_view *view) {
     return status;
 }
 
-bool description_has_emission(const description *d);
-
 static snell_status add_studio(snell_scene *s, const float view[2], const char **added) {
     static const char *const texts[] = {"",
                                         "camera",
