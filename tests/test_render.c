@@ -714,6 +714,12 @@ static void bad_objects_are_refused(void **state) {
     MUST(snell_view_frame(&flat_view, &bounds, 0, 0, 1));
     flat_view.fov = 0; /* gave a camera at infinity */
     REFUSED(SNELL_ERR_ARGUMENT, snell_view_frame(&flat_view, &bounds, 0, 0, 1));
+    const char *const no_texts[] = {NULL};
+    snell_load_desc lists = SNELL_INIT(load_desc);
+    lists.param_count = 1;
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_load(s, "a.lua", &lists));
+    lists.params = no_texts;
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_load(s, "a.lua", &lists));
     lambert.color.value.y = -1;
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_lambert(s, &lambert, &material));
     lambert.color = (snell_input){grey(1), {5, 0}};

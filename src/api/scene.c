@@ -100,17 +100,31 @@ static void forward_messages(const snell_scene *s, size_t first) {
     }
 }
 
-snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load_desc *desc) {
-    snell_load_desc defaults = SNELL_INIT(load_desc);
-    if (desc == NULL) desc = &defaults;
+static snell_status check_load(const char *path, const snell_load_desc *desc) {
     if (path == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: path is NULL");
     if (desc->struct_size != sizeof *desc)
         return error_set(SNELL_ERR_VERSION, "compile against the library's own header",
                          "snell_scene_load: the description has another version's size");
+    if ((desc->params == NULL && desc->param_count > 0) ||
+        (desc->asset_dirs == NULL && desc->asset_dir_count > 0))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a list is NULL");
+    for (size_t i = 0; i < desc->param_count; i++)
+        if (desc->params[i] == NULL)
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a parameter is NULL");
+    for (size_t i = 0; i < desc->asset_dir_count; i++)
+        if (desc->asset_dirs[i] == NULL)
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a folder is NULL");
     if (!desc->allow_helper)
         return error_set(SNELL_ERR_UNSUPPORTED, "set allow_helper",
                          "files are read by snell-import, which was not allowed");
-    snell_status status = scene_begin_edit(s);
+    return SNELL_OK;
+}
+
+snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load_desc *desc) {
+    snell_load_desc defaults = SNELL_INIT(load_desc);
+    if (desc == NULL) desc = &defaults;
+    snell_status status = check_load(path, desc);
+    if (!status) status = scene_begin_edit(s);
     if (status) return status;
     load_progress progress = {desc};
     helper_options options = {.import = {.params = desc->params,
