@@ -27,7 +27,7 @@ struct job {
     uint32_t first_block_x, first_block_y, blocks_x, blocks_y;
     render_worker *workers;
     double started;
-    _Atomic uint64_t blocks_done, pixels_done, rays;
+    _Atomic uint64_t pixels_done, rays;
     _Atomic int stop; /* snell_status of the first failure */
     pthread_mutex_t lock;
     double last_report;
