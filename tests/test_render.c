@@ -1,5 +1,6 @@
 /* The film, the sample points, and what snell_render promises: dropped weight, depth, progress,
  * cancelling, no edits meanwhile, errors for bad arguments, no surface that shadows itself. */
+#include <fenv.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <string.h>
@@ -429,7 +430,97 @@ static void two_renders_share_a_scene(void **state) {
     }
 }
 
+static bool ask_meanwhile(void *user, const snell_progress *p) {
+    (void)p;
+    snell_scene_stats stats = {.struct_size = sizeof stats};
+    snell_object_info info;
+    snell_render_desc desc;
+    snell_bounds bounds;
+    int *refused = user;
+    *refused += snell_scene_get_stats(bench.scene, &stats) == SNELL_ERR_STATE;
+    *refused += snell_scene_get_light(bench.scene, 0, &info) == SNELL_ERR_STATE;
+    *refused += snell_scene_settings(bench.scene, SNELL_WHITTED, &desc) == SNELL_ERR_STATE;
+    *refused += snell_scene_bounds(bench.scene, &bounds) == SNELL_ERR_STATE;
+    return false;
+}
+
+/* Questions about a scene once looked at it while it was being edited. */
+static void questions_during_an_edit_are_refused(void **state) {
+    (void)state;
+    int refused = 0;
+    add_point(&bench, v3(0, 0, 0), grey(1));
+    assert_int_equal(snell_scene_commit(bench.scene, ask_meanwhile, &refused), SNELL_CANCELLED);
+    assert_int_equal(refused, 4);
+    snell_object_info info;
+    MUST(snell_scene_get_light(bench.scene, 0, &info));
+}
+
+static atomic_bool enough;
+
+static void *commit_again_and_again(void *argument) {
+    const rig *r = argument;
+    while (!atomic_load(&enough)) MUST(snell_scene_commit(r->scene, NULL, NULL));
+    return NULL;
+}
+
+/* The grey of shapes without a material was once shared by all scenes, and each commit cleared it. */
+static void a_commit_elsewhere_changes_no_picture(void **state) {
+    (void)state;
+    snell_view view = look(v3(0, 0, 5), v3(0, 0, 0));
+    snell_render_desc d = picture(SNELL_WHITTED, 64, 64, 0);
+    d.view = &view;
+    add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
+    add_point(&bench, v3(3, 3, 5), grey(30));
+    commit();
+    MUST(snell_render(bench.scene, &d, bench.film));
+    uint64_t hash = snell_film_hash(bench.film);
+    rig other = rig_make(1, SNELL_ISA_AUTO);
+    pthread_t thread;
+    atomic_store(&enough, false);
+    assert_int_equal(pthread_create(&thread, NULL, commit_again_and_again, &other), 0);
+    int changed = 0;
+    for (int i = 0; i < 100; i++) {
+        MUST(snell_render(bench.scene, &d, bench.film));
+        changed += snell_film_hash(bench.film) != hash;
+    }
+    atomic_store(&enough, true);
+    pthread_join(thread, NULL);
+    rig_free(&other);
+    assert_int_equal(changed, 0);
+}
+
+/* Directions were once made unit length by whatever rounding the caller had set. */
+static void the_callers_rounding_changes_no_picture(void **state) {
+    (void)state;
+    for (int i = 0; i < 20; i++) {
+        uint64_t hash[2];
+        for (int upward = 0; upward < 2; upward++) {
+            rig_clear(&bench);
+            snell_disk_desc disk = SNELL_INIT(disk_desc);
+            snell_shape_id id;
+            disk.normal = v3(1, 0.3 + 0.17 * i, 3);
+            if (upward) fesetround(FE_UPWARD);
+            MUST(snell_scene_add_disk(bench.scene, &disk, &id));
+            place(&bench, id, (snell_material_id){0, 0});
+            add_sun(&bench, (snell_vec3){-1, -3, -disk.normal.y}, grey(1));
+            MUST(snell_scene_add_studio(bench.scene, NULL, NULL));
+            commit();
+            snell_render_desc d = picture(SNELL_WHITTED, 32, 32, 0);
+            MUST(snell_render(bench.scene, &d, bench.film));
+            assert_int_equal(fegetround(), upward ? FE_UPWARD : FE_TONEAREST);
+            fesetround(FE_TONEAREST);
+            hash[upward] = snell_film_hash(bench.film);
+        }
+        assert_true(hash[0] == hash[1]);
+    }
+}
+
 /* ---- bad arguments ---- */
+
+static bool never(void *user, const snell_progress *progress) {
+    (void)user, (void)progress;
+    return false;
+}
 
 #define REFUSED(expected, call)                                                                    \
     do {                                                                                           \
@@ -570,6 +661,28 @@ static void bad_contexts_and_films_are_refused(void **state) {
     snell_free(NULL);
 }
 
+static void a_picture_without_exposure_is_refused(void **state) {
+    (void)state;
+    add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
+    commit();
+    trace_ray(&bench, SNELL_APPEL, v3(0, 0, 5), v3(0, 0, 0), 0);
+    snell_image_desc desc = SNELL_INIT(image_desc);
+    void *data = NULL;
+    size_t size = 0;
+    desc.exposure_set = true;
+    desc.exposure = NAN;
+    REFUSED(SNELL_ERR_ARGUMENT, snell_film_encode(bench.film, "ppm", &desc, &data, &size));
+    assert_null(data);
+}
+
+static void a_cancelled_commit_says_so(void **state) {
+    (void)state;
+    add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_shape(bench.scene, "spher", NULL, 0, NULL));
+    REFUSED(SNELL_CANCELLED, snell_scene_commit(bench.scene, never, NULL));
+    commit();
+}
+
 static void bad_objects_are_refused(void **state) {
     (void)state;
     snell_sphere_desc sphere = SNELL_INIT(sphere_desc);
@@ -591,6 +704,22 @@ static void bad_objects_are_refused(void **state) {
         sphere.radius = radii[i];
         REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_sphere(s, &sphere, &shape));
     }
+    snell_dielectric_desc glass = SNELL_INIT(dielectric_desc);
+    glass.attenuation_color = grey(1e-6); /* the least, which as a float is a little less */
+    MUST(snell_scene_add_dielectric(s, &glass, &material));
+    glass.attenuation_color = grey(0.9e-6);
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_dielectric(s, &glass, &material));
+    snell_view flat_view = SNELL_INIT(view);
+    snell_bounds bounds = {{-1, -1, -1}, {1, 1, 1}};
+    MUST(snell_view_frame(&flat_view, &bounds, 0, 0, 1));
+    flat_view.fov = 0; /* gave a camera at infinity */
+    REFUSED(SNELL_ERR_ARGUMENT, snell_view_frame(&flat_view, &bounds, 0, 0, 1));
+    const char *const no_texts[] = {NULL};
+    snell_load_desc lists = SNELL_INIT(load_desc);
+    lists.param_count = 1;
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_load(s, "a.lua", &lists));
+    lists.params = no_texts;
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_load(s, "a.lua", &lists));
     lambert.color.value.y = -1;
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_lambert(s, &lambert, &material));
     lambert.color = (snell_input){grey(1), {5, 0}};
@@ -603,6 +732,8 @@ static void bad_objects_are_refused(void **state) {
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_light(s, "point", NULL, 0, NULL)); /* no position */
     MUST(snell_scene_add_shape(s, "sphere", NULL, 0, &shape));
     material = (snell_material_id){0, 0};
+    snell_shape_id stale = {shape.index1, 1};
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_add_instance(s, stale, material, NULL, &instance));
     REFUSED(SNELL_ERR_ARGUMENT,
             snell_scene_add_instance(s, (snell_shape_id){0, 0}, material, NULL, NULL));
     REFUSED(SNELL_ERR_ARGUMENT,
@@ -825,10 +956,15 @@ int main(void) {
         cmocka_unit_test_setup(progress_comes_often_and_stops_at_once, fresh),
         cmocka_unit_test_setup(a_cancelled_film_has_whole_blocks, fresh),
         cmocka_unit_test_setup(edits_meanwhile_are_refused, fresh),
+        cmocka_unit_test_setup(questions_during_an_edit_are_refused, fresh),
         cmocka_unit_test_setup(two_renders_share_a_scene, fresh),
+        cmocka_unit_test_setup(a_commit_elsewhere_changes_no_picture, fresh),
+        cmocka_unit_test_setup(the_callers_rounding_changes_no_picture, fresh),
         cmocka_unit_test_setup(bad_renders_are_refused, fresh),
         cmocka_unit_test_setup(bad_queries_are_refused, fresh),
         cmocka_unit_test_setup(bad_contexts_and_films_are_refused, fresh),
+        cmocka_unit_test_setup(a_picture_without_exposure_is_refused, fresh),
+        cmocka_unit_test_setup(a_cancelled_commit_says_so, fresh),
         cmocka_unit_test_setup(bad_objects_are_refused, fresh),
         cmocka_unit_test_setup(nothing_shadows_itself, fresh),
     };

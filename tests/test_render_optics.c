@@ -276,6 +276,65 @@ static void alpha_is_counted_once_each(void **state) {
         }
 }
 
+/* Vertex alpha let no light through where the mesh chose its materials by slots. */
+static void vertex_alpha_lets_light_through(void **state) {
+    (void)state;
+    for (int slots = 0; slots < 2; slots++) {
+        rig_clear(&bench);
+        snell_material_id matte = add_lambert(&bench, grey(0.5));
+        add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), matte);
+        const snell_vec3 positions[] = {{-9, 1, -9}, {-9, 1, 9}, {9, 1, 0}};
+        const uint32_t indices[] = {0, 1, 2}, slot = 0;
+        const uint8_t alphas[] = {51, 51, 51}; /* 0.2 */
+        snell_mesh_desc desc = SNELL_INIT(mesh_desc);
+        snell_shape_id id;
+        desc.positions = positions, desc.positions_count = 3;
+        desc.indices = indices, desc.indices_count = 3;
+        desc.alphas = alphas, desc.alphas_count = 3;
+        if (slots) {
+            desc.material_slots = &slot, desc.material_slots_count = 1;
+            desc.materials = &matte, desc.materials_count = 1;
+        }
+        MUST(snell_scene_add_mesh(bench.scene, &desc, &id));
+        place(&bench, id, matte);
+        add_sun(&bench, v3(0, -1, 0), grey(1));
+        commit();
+        rgb below = trace_ray(&bench, SNELL_WHITTED, v3(-1, 0.5, 0), v3(-1, 0, 0), 0);
+        ASSERT_CLOSE(below.c[0], 0.5 / PI_ * 0.8, TOLERANCE, 0);
+    }
+}
+
+/* Past a thousand of them light was silently lost; what is too much is an error. */
+static void light_passes_many_cards(void **state) {
+    (void)state;
+    static const int counts[] = {1500, 12000};
+    for (int i = 0; i < 2; i++) {
+        rig_clear(&bench);
+        add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), add_lambert(&bench, grey(0.5)));
+        snell_material_id clear = add_card(&bench, grey(0.5), 0);
+        snell_quad_desc desc = SNELL_INIT(quad_desc);
+        snell_shape_id card;
+        desc.corner = v3(-9, 0, -9), desc.u = v3(0, 0, 18), desc.v = v3(18, 0, 0);
+        MUST(snell_scene_add_quad(bench.scene, &desc, &card));
+        for (int j = 0; j < counts[i]; j++) {
+            snell_transform up = {{{1, 0, 0, 0}, {0, 1, 0, 1 + 0.01f * (float)j}, {0, 0, 1, 0}}};
+            MUST(snell_scene_add_instance(bench.scene, card, clear, &up, NULL));
+        }
+        add_sun(&bench, v3(0, -1, 0), grey(1));
+        commit();
+        if (i == 0) {
+            rgb below = trace_ray(&bench, SNELL_WHITTED, v3(0.5, 0.5, 0), v3(0, 0, 0), 0);
+            ASSERT_CLOSE(below.c[0], 0.5 / PI_, TOLERANCE, 0);
+            continue;
+        }
+        snell_render_desc d = picture(SNELL_WHITTED, 1, 1, 0);
+        snell_view view = look(v3(0.5, 0.5, 0), v3(0, 0, 0));
+        d.view = &view;
+        assert_int_equal(snell_render(bench.scene, &d, bench.film), SNELL_ERR_UNSUPPORTED);
+        assert_true(snell_last_error()->text[0] != '\0');
+    }
+}
+
 /* More shadow rays than a wave holds. */
 static void many_lights_add_up(void **state) {
     (void)state;
@@ -490,6 +549,8 @@ int main(void) {
         cmocka_unit_test_setup(water_without_shadow_takes_no_light, fresh),
         cmocka_unit_test_setup(a_light_under_water_is_absorbed, fresh),
         cmocka_unit_test_setup(alpha_is_counted_once_each, fresh),
+        cmocka_unit_test_setup(vertex_alpha_lets_light_through, fresh),
+        cmocka_unit_test_setup(light_passes_many_cards, fresh),
         cmocka_unit_test_setup(many_lights_add_up, fresh),
         cmocka_unit_test_setup(a_partial_mirror_is_both, fresh),
         cmocka_unit_test_setup(a_glaze_never_traces_its_base, fresh),

@@ -7,7 +7,8 @@
  * written only on SNELL_OK, except where a function says otherwise. The library never prints, exits
  * or forks; what it may start is named at snell_load_desc.allow_helper. Threads: a scene is read by
  * many threads OR edited by one. An edit during a render or a commit gives SNELL_ERR_STATE.
- * Contexts are independent. Callbacks must not call the same scene. Not promised: pictures equal
+ * Contexts are independent. Callbacks must not call the same scene, nor render, commit or
+ * intersect_all in the same context: its workers are busy. Not promised: pictures equal
  * across minor versions; the layout of opaque objects; which of two unrelated errors is reported
  * first. */
 #ifndef SNELL_SNELL_H

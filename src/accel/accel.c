@@ -160,7 +160,8 @@ snell_status accel_build(const accel_input *input, const accel_options *options,
     snell_status status = build_all(a, input, options, pool);
     if (status != SNELL_OK) {
         accel_destroy(a);
-        return status == SNELL_ERR_MEMORY ? error_no_memory() : status;
+        return status == SNELL_ERR_MEMORY ? error_no_memory()
+                                          : error_set(status, NULL, "the build was cancelled");
     }
     *out = a;
     return SNELL_OK;

@@ -25,6 +25,7 @@ struct snell_scene {
     pthread_mutex_t lock;
     uint32_t readers;
     bool editing;
+    unsigned float_saved; /* the editor's own, until it is done */
 };
 
 struct snell_film {
@@ -34,8 +35,11 @@ struct snell_film {
     int tonemap;    /* choice of render_desc.tonemap, never "default" */
 };
 
+/* An edit computes too (it normalises directions), so the caller's rounding is set aside for it. */
 snell_status scene_begin_edit(snell_scene *s);
 void scene_end_edit(snell_scene *s);
+/* Reading what was added, committed or not; ends as reading does. */
+snell_status scene_begin_look(const snell_scene *s);
 /* Fails without a commit. const: reading is not an edit. */
 snell_status scene_begin_read(const snell_scene *s);
 void scene_end_read(const snell_scene *s);
@@ -47,5 +51,6 @@ snell_status scene_add_typed(snell_scene *s, category category, const char *type
 
 /* Bounds of everything that has bounds, before a commit. */
 bounds3 description_bounds(const description *d);
+bool description_has_emission(const description *d); /* some material shines */
 
 #endif

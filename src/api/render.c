@@ -38,9 +38,7 @@ static bool has_clear_background(const description *d) {
     return background && ((const background_desc *)background->desc)->alpha < 1;
 }
 
-snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
-                                  snell_render_desc *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+static snell_status settings(const snell_scene *s, snell_integrator which, snell_render_desc *out) {
     render_desc defaults;
     desc_init(&setting_render, &defaults);
     const render_desc *r = render_settings(s);
@@ -64,6 +62,16 @@ snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
         .transparent = has_clear_background(s->description),
         .seed = (uint64_t)r->seed};
     return SNELL_OK;
+}
+
+snell_status snell_scene_settings(const snell_scene *s, snell_integrator which,
+                                  snell_render_desc *out) {
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    status = settings(s, which, out);
+    scene_end_read(s);
+    return status;
 }
 
 static snell_status check_render(const snell_render_desc *r) {
@@ -116,7 +124,7 @@ static snell_status choose_camera(const snell_scene *s, const snell_render_desc 
     if (cameras->count == 0)
         return error_set(SNELL_ERR_ARGUMENT, "add one, set view, or call snell_scene_add_studio",
                          "the scene has no camera");
-    if (index >= cameras->count)
+    if (index >= cameras->count || r->camera.generation != 0)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "there is no camera %u", index + 1);
     *type = (const camera_type *)cameras->items[index].type;
     *desc = cameras->items[index].desc;
@@ -224,16 +232,18 @@ uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) :
 /* The codec's options from what the caller says, else what the film's scene asks for. */
 static snell_status image_settings(const snell_film *f, const snell_image_desc *desc,
                                    image_options *out) {
+    if (f->film.pixels == NULL)
+        return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
+    if (desc && desc->struct_size != sizeof *desc)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    if (desc && desc->exposure_set && !isfinite(desc->exposure))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "the exposure is not a finite number");
     char word[32];
     choice_word("default|clip|reinhard|neutral", f->tonemap, word, sizeof word);
     bool named = desc && desc->tonemap;
     *out = (image_options){.exposure =
                                (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
                            .tag = desc ? desc->tag : NULL};
-    if (f->film.pixels == NULL)
-        return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
-    if (desc && desc->struct_size != sizeof *desc)
-        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
     return tonemap_find(named ? desc->tonemap : word, &out->map);
 }
 

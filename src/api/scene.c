@@ -20,20 +20,22 @@ snell_status scene_begin_edit(snell_scene *s) {
     if (busy)
         return error_set(SNELL_ERR_STATE, "wait for the render or query to return, or cancel it",
                          "the scene is in use and cannot be edited");
+    s->float_saved = floatenv_enter();
     return SNELL_OK;
 }
 
 void scene_end_edit(snell_scene *s) {
+    floatenv_leave(s->float_saved);
     pthread_mutex_lock(&s->lock);
     s->editing = false;
     pthread_mutex_unlock(&s->lock);
 }
 
-snell_status scene_begin_read(const snell_scene *shared) {
+static snell_status begin_read(const snell_scene *shared, bool committed) {
     if (shared == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
     snell_scene *s = (snell_scene *)(uintptr_t)shared;
     pthread_mutex_lock(&s->lock);
-    bool ready = !s->editing && s->frozen != NULL, editing = s->editing;
+    bool editing = s->editing, ready = !editing && (s->frozen != NULL || !committed);
     if (ready) s->readers++;
     pthread_mutex_unlock(&s->lock);
     if (editing) return error_set(SNELL_ERR_STATE, NULL, "the scene is being edited");
@@ -42,6 +44,9 @@ snell_status scene_begin_read(const snell_scene *shared) {
                          "the scene was not committed");
     return SNELL_OK;
 }
+
+snell_status scene_begin_look(const snell_scene *s) { return begin_read(s, false); }
+snell_status scene_begin_read(const snell_scene *s) { return begin_read(s, true); }
 
 void scene_end_read(const snell_scene *shared) {
     snell_scene *s = (snell_scene *)(uintptr_t)shared;
@@ -95,17 +100,31 @@ static void forward_messages(const snell_scene *s, size_t first) {
     }
 }
 
-snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load_desc *desc) {
-    snell_load_desc defaults = SNELL_INIT(load_desc);
-    if (desc == NULL) desc = &defaults;
+static snell_status check_load(const char *path, const snell_load_desc *desc) {
     if (path == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: path is NULL");
     if (desc->struct_size != sizeof *desc)
         return error_set(SNELL_ERR_VERSION, "compile against the library's own header",
                          "snell_scene_load: the description has another version's size");
+    if ((desc->params == NULL && desc->param_count > 0) ||
+        (desc->asset_dirs == NULL && desc->asset_dir_count > 0))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a list is NULL");
+    for (size_t i = 0; i < desc->param_count; i++)
+        if (desc->params[i] == NULL)
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a parameter is NULL");
+    for (size_t i = 0; i < desc->asset_dir_count; i++)
+        if (desc->asset_dirs[i] == NULL)
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a folder is NULL");
     if (!desc->allow_helper)
         return error_set(SNELL_ERR_UNSUPPORTED, "set allow_helper",
                          "files are read by snell-import, which was not allowed");
-    snell_status status = scene_begin_edit(s);
+    return SNELL_OK;
+}
+
+snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load_desc *desc) {
+    snell_load_desc defaults = SNELL_INIT(load_desc);
+    if (desc == NULL) desc = &defaults;
+    snell_status status = check_load(path, desc);
+    if (!status) status = scene_begin_edit(s);
     if (status) return status;
     load_progress progress = {desc};
     helper_options options = {.import = {.params = desc->params,
@@ -178,6 +197,9 @@ snell_status snell_scene_add_instance(snell_scene *s, snell_shape_id shape,
     uint32_t index = 0;
     if (shape.index1 == 0)
         status = error_set(SNELL_ERR_ARGUMENT, NULL, "an instance needs a shape");
+    if (!status && (shape.generation != 0 || material_id.generation != 0)) /* none is removed */
+        status = error_set(SNELL_ERR_ARGUMENT, "ids come from the calls that add things",
+                           "an instance of what was never added");
     uint32_t m = material_id.index1 ? material_id.index1 - 1 : NO_MATERIAL;
     transform identity = transform_identity();
     if (!status)
@@ -293,7 +315,6 @@ static bool report_build(void *user, double fraction) {
 snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
-    unsigned saved = floatenv_enter();
     commit_progress forward = {progress, user};
     scene_options options = {
         .accel = {.progress = progress ? report_build : NULL, .user = &forward}};
@@ -303,22 +324,17 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
         scene_destroy(s->frozen);
         s->frozen = frozen;
     }
-    floatenv_leave(saved);
     scene_end_edit(s);
     return status;
 }
 
 snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
-    snell_scene *shared = (snell_scene *)(uintptr_t)s;
-    pthread_mutex_lock(&shared->lock);
-    bool uncommitted = !s->editing && s->frozen == NULL;
-    if (uncommitted) *out = description_bounds(s->description);
-    pthread_mutex_unlock(&shared->lock);
-    if (uncommitted) return SNELL_OK;
-    snell_status status = scene_begin_read(s);
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
     if (status) return status;
-    *out = s->frozen->bounds;
+    unsigned saved = floatenv_enter();
+    *out = s->frozen ? s->frozen->bounds : description_bounds(s->description);
+    floatenv_leave(saved);
     scene_end_read(s);
     return SNELL_OK;
 }
@@ -359,7 +375,6 @@ static uint64_t array_bytes(const object *o) {
     return sum;
 }
 
-bool description_has_emission(const description *d);
 bool description_has_emission(const description *d) {
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
     for (size_t i = 0; i < materials->count; i++)
@@ -372,6 +387,8 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
     if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
     if (out->struct_size != sizeof *out)
         return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
     const description *d = s->description;
     *out = (snell_scene_stats){.struct_size = sizeof *out,
                                .format = d->format,
@@ -394,19 +411,25 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
         accel_memory memory = accel_get_memory(s->frozen->accel);
         out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
     }
+    scene_end_read(s);
     return SNELL_OK;
 }
 
 static snell_status get_object(const snell_scene *s, category what, uint32_t index,
                                snell_object_info *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
     const object_list *list = &s->description->objects[what];
-    if (index >= list->count)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu %ss, counted from 0", list->count,
-                         category_name(what));
-    const object *o = &list->items[index];
-    *out = (snell_object_info){o->type->name, o->name, o->line};
-    return SNELL_OK;
+    if (index < list->count) {
+        const object *o = &list->items[index];
+        *out = (snell_object_info){o->type->name, o->name, o->line};
+    } else {
+        status = error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu %ss, counted from 0",
+                           list->count, category_name(what));
+    }
+    scene_end_read(s);
+    return status;
 }
 
 snell_status snell_scene_get_camera(const snell_scene *s, uint32_t index, snell_object_info *out,
@@ -416,13 +439,12 @@ snell_status snell_scene_get_camera(const snell_scene *s, uint32_t index, snell_
     return status;
 }
 
-snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, snell_view *out) {
-    snell_object_info info;
+static snell_status get_view(const description *d, snell_camera_id camera, snell_view *out) {
+    const object_list *list = &d->objects[CATEGORY_CAMERA];
     uint32_t index = camera.index1 ? camera.index1 - 1 : 0;
-    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
-    snell_status status = snell_scene_get_camera(s, index, &info, NULL);
-    if (status) return status;
-    const object *o = &s->description->objects[CATEGORY_CAMERA].items[index];
+    if (index >= list->count || camera.generation != 0)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "there is no camera %u", index + 1);
+    const object *o = &list->items[index];
     if (o->type != &camera_perspective.info)
         return error_set(SNELL_ERR_UNSUPPORTED, NULL, "a camera of type %s has no view",
                          o->type->name);
@@ -430,6 +452,15 @@ snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, 
     *out = SNELL_INIT(view);
     out->from = c->from, out->at = c->at, out->up = c->up, out->fov = c->fov;
     return SNELL_OK;
+}
+
+snell_status snell_scene_get_view(const snell_scene *s, snell_camera_id camera, snell_view *out) {
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    status = get_view(s->description, camera, out);
+    scene_end_read(s);
+    return status;
 }
 
 snell_status snell_scene_get_light(const snell_scene *s, uint32_t index, snell_object_info *out) {
@@ -442,11 +473,17 @@ snell_status snell_scene_get_material(const snell_scene *s, uint32_t index,
 }
 
 snell_status snell_scene_get_param(const snell_scene *s, uint32_t index, snell_scene_param *out) {
-    if (s == NULL || out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
-    if (index >= s->description->param_count)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu parameters, counted from 0",
-                         s->description->param_count);
-    const scene_param *p = &s->description->params[index];
-    *out = (snell_scene_param){p->name, p->kind, p->value, p->default_value, p->help};
-    return SNELL_OK;
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    const description *d = s->description;
+    if (index < d->param_count) {
+        const scene_param *p = &d->params[index];
+        *out = (snell_scene_param){p->name, p->kind, p->value, p->default_value, p->help};
+    } else {
+        status = error_set(SNELL_ERR_ARGUMENT, NULL, "there are %zu parameters, counted from 0",
+                           d->param_count);
+    }
+    scene_end_read(s);
+    return status;
 }

@@ -18,10 +18,10 @@ bounds3 description_bounds(const description *d) {
     return all;
 }
 
-snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
-                              float elevation, float aspect) {
+static snell_status frame_view(snell_view *view, const snell_bounds *bounds, float azimuth,
+                               float elevation, float aspect) {
     if (view == NULL || bounds == NULL || !(aspect > 0) || !isfinite(azimuth) ||
-        !isfinite(elevation))
+        !isfinite(elevation) || !(view->fov > 0 && (double)view->fov < PI))
         return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_view_frame: an argument is out of range");
     dvec3 low = dvec3_from(bounds->min), high = dvec3_from(bounds->max);
     if (bounds3_is_empty(*bounds)) low = (dvec3){-1, -1, -1}, high = (dvec3){1, 1, 1};
@@ -40,6 +40,14 @@ snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, floa
     /* Straight up or down: the picture's top is away from, or towards, the front. */
     if (fabs(flat) < 1e-3) view->up = (vec3){0, 0, elevation > 0 ? -1 : 1};
     return SNELL_OK;
+}
+
+snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
+                              float elevation, float aspect) {
+    unsigned saved = floatenv_enter();
+    snell_status status = frame_view(view, bounds, azimuth, elevation, aspect);
+    floatenv_leave(saved);
+    return status;
 }
 
 /* Whom the rig lights for: the first camera, a new one, or who looks from the direction. */
@@ -101,9 +109,7 @@ static snell_status studio_lights(snell_scene *s, const snell_view *view) {
     return status;
 }
 
-bool description_has_emission(const description *d);
-
-snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const char **added) {
+static snell_status add_studio(snell_scene *s, const float view[2], const char **added) {
     static const char *const texts[] = {"",
                                         "camera",
                                         "lights",
@@ -112,7 +118,6 @@ snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const c
                                         "camera, background",
                                         "lights, background",
                                         "camera, lights, background"};
-    if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
     const description *d = s->description;
     bool has_background = description_setting(d, "background") != NULL;
     /* What glows in a model lights nothing else in appel and whitted: a label must not leave the
@@ -135,8 +140,15 @@ snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const c
     return status;
 }
 
-snell_status snell_scene_add_ground(snell_scene *s, snell_vec3 color, snell_instance_id *out) {
+snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const char **added) {
     if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    unsigned saved = floatenv_enter();
+    snell_status status = add_studio(s, view, added);
+    floatenv_leave(saved);
+    return status;
+}
+
+static snell_status add_ground(snell_scene *s, snell_vec3 color, snell_instance_id *out) {
     bounds3 b = description_bounds(s->description);
     if (bounds3_is_empty(b)) b = (bounds3){{-1, 0, -1}, {1, 1, 1}};
     dvec3 size = dvec3_sub(dvec3_from(b.max), dvec3_from(b.min));
@@ -155,4 +167,12 @@ snell_status snell_scene_add_ground(snell_scene *s, snell_vec3 color, snell_inst
     snell_status status = snell_scene_add_shape(s, "quad", floor_params, 3, &shape);
     if (!status) status = snell_scene_add_material(s, "lambert", &paint, 1, &matte);
     return status ? status : snell_scene_add_instance(s, shape, matte, NULL, out);
+}
+
+snell_status snell_scene_add_ground(snell_scene *s, snell_vec3 color, snell_instance_id *out) {
+    if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    unsigned saved = floatenv_enter();
+    snell_status status = add_ground(s, color, out);
+    floatenv_leave(saved);
+    return status;
 }

@@ -225,8 +225,11 @@ static snell_status check_number(const type_info *info, const field *f, double v
     if (!isfinite(value))
         return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is not a finite number", info->name,
                          f->name);
-    bool low = f->flags & FIELD_OPEN_MIN ? !(value > f->min) : value < f->min;
-    if (!low && value <= f->max) return SNELL_OK;
+    /* Values are floats: a limit that is none means the float nearest to it. */
+    double min = f->kind == FIELD_INT ? f->min : (double)(float)f->min,
+           max = f->kind == FIELD_INT ? f->max : (double)(float)f->max;
+    bool low = f->flags & FIELD_OPEN_MIN ? !(value > min) : value < min;
+    if (!low && value <= max) return SNELL_OK;
     char bounds[96];
     if (isinf(f->max))
         snprintf(bounds, sizeof bounds, "%s %g",

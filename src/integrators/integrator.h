@@ -92,7 +92,8 @@ typedef struct wave_stats {
 snell_status wave_create(const wave_settings *settings, wave **out);
 void wave_destroy(wave *w);
 /* All samples of the pixels x0..x1, y0..y1 (at most 16 x 16) into *block. Asks `go_on` now and
- * then; false ends with SNELL_CANCELLED and the block is to be thrown away. */
+ * then; false ends with SNELL_CANCELLED and the block is to be thrown away. SNELL_ERR_UNSUPPORTED: a
+ * shadow ray met more surfaces that let light through than the walk has steps. */
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
                                film_block *film, bool (*go_on)(void *user, const wave_stats *stats),
                                void *user);

@@ -38,7 +38,7 @@ struct wave {
 };
 
 /* Over twice a wave the pool is worked off in small bites, depth first. */
-enum { SMALL_BITE = 64, FILTER_STEPS_MAX = 1000 };
+enum { SMALL_BITE = 64, FILTER_STEPS_MAX = 10000 };
 
 /* A larger wave leaves the second-level cache, and keeps progress and cancelling waiting. */
 enum { WAVE_DEFAULT = 2048, WAVE_MAX = 4096, WORK_BETWEEN_LOOKS = 16384 };
@@ -420,5 +420,5 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
         if (w->stopped) return SNELL_CANCELLED;
     }
     w->stats.film_overflows += block->overflows;
-    return SNELL_OK;
+    return w->stats.blocked_by_cap ? SNELL_ERR_UNSUPPORTED : SNELL_OK;
 }

@@ -27,7 +27,7 @@ struct job {
     uint32_t first_block_x, first_block_y, blocks_x, blocks_y;
     render_worker *workers;
     double started;
-    _Atomic uint64_t blocks_done, pixels_done, rays;
+    _Atomic uint64_t pixels_done, rays;
     _Atomic int stop; /* snell_status of the first failure */
     pthread_mutex_t lock;
     double last_report;
@@ -167,6 +167,8 @@ snell_status render_film(const render_options *o, thread_pool *pool, film *out,
     free(j.workers);
     if (status == SNELL_CANCELLED)
         return error_set(SNELL_CANCELLED, NULL, "the render was cancelled");
-    if (status) return error_no_memory();
-    return SNELL_OK;
+    if (status == SNELL_ERR_UNSUPPORTED)
+        return error_set(status, "make some of them opaque to shadows, or fewer",
+                         "a shadow ray meets too many surfaces that let light through");
+    return status ? error_no_memory() : SNELL_OK;
 }

@@ -9,7 +9,6 @@
 
 /* The grey Lambert of shapes without a material: its desc with every default. */
 extern const material_type material_lambert;
-static _Alignas(16) unsigned char default_material[512];
 
 /* Does it, or the material that it refers to (an earlier one), use a texture? */
 static bool is_textured(const scene *s, const object *o) {
@@ -34,7 +33,9 @@ static snell_status freeze_objects(scene *s, const description *d) {
     s->textures = memory_zeroed(textures->count, sizeof *s->textures);
     s->materials = memory_zeroed(materials->count + 1, sizeof *s->materials);
     s->lights = memory_zeroed(lights->count, sizeof *s->lights);
-    if (!s->textures || !s->materials || !s->lights) return error_no_memory();
+    s->default_material = memory_zeroed(1, material_lambert.info.desc_size);
+    if (!s->textures || !s->materials || !s->lights || !s->default_material)
+        return error_no_memory();
     s->texture_count = (uint32_t)textures->count;
     s->material_count = (uint32_t)materials->count;
     s->light_count = (uint32_t)lights->count;
@@ -53,10 +54,9 @@ static snell_status freeze_objects(scene *s, const description *d) {
         const object *o = &lights->items[i];
         s->lights[i] = (light){(const light_type *)o->type, o->desc};
     }
-    _Static_assert(sizeof(material_common) + 64 <= sizeof default_material,
-                   "room for the default material");
-    desc_init(&material_lambert.info, default_material);
-    s->materials[materials->count] = (material){&material_lambert, default_material, true, false};
+    desc_init(&material_lambert.info, s->default_material);
+    s->materials[materials->count] =
+        (material){&material_lambert, s->default_material, true, false};
     return SNELL_OK;
 }
 
@@ -90,7 +90,7 @@ static uint32_t instance_mask(const scene *s, const scene_instance *at) {
     uint32_t mask = shadow_mask(&s->materials[at->material]);
     if (at->type->intersect != NULL) return mask;
     const mesh_desc *mesh = at->shape;
-    if (mesh->alphas_count) mask = MASK_FILTER;
+    if (mesh->alphas_count) return MASK_FILTER;
     if (mesh->material_slots_count == 0) return mask;
     mask = shadow_mask(&s->materials[mesh->materials[0].index1 - 1]);
     for (size_t i = 0; i < mesh->materials_count; i++)
@@ -187,6 +187,7 @@ void scene_destroy(scene *s) {
     accel_destroy(s->accel);
     free(s->textures);
     free(s->materials);
+    free(s->default_material);
     free(s->lights);
     free(s->instances);
     free(s->instance_ids);

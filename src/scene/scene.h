@@ -29,6 +29,7 @@ typedef struct scene {
     texture *textures;
     material *materials; /* [material_count] is the grey Lambert of shapes without one */
     light *lights;
+    void *default_material; /* the desc of materials[material_count] */
     uint32_t texture_count, material_count, light_count;
     scene_instance *instances;
     uint32_t *instance_ids; /* index in the description of each */

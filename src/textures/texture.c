@@ -26,10 +26,6 @@ double input_scalar(const snell_input *input, const texture *textures, const tex
     return input->texture.index1 ? value * look_up(input, textures, point).color.x : value;
 }
 
-double input_alpha(const snell_input *input, const texture *textures, const texture_point *point) {
-    return input->texture.index1 ? look_up(input, textures, point).alpha : 1;
-}
-
 vec2 texture_map(int map, const texture_point *point) {
     if (map == MAP_UV || (map == MAP_AUTO && point->has_uv))
         return (vec2){(float)point->u, (float)point->v};

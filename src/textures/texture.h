@@ -37,8 +37,6 @@ typedef struct texture {
  * id's index + 1 was checked at commit. */
 dvec3 input_color(const snell_input *input, const texture *textures, const texture_point *point);
 double input_scalar(const snell_input *input, const texture *textures, const texture_point *point);
-/* The alpha of the input's texture, 1 without. */
-double input_alpha(const snell_input *input, const texture *textures, const texture_point *point);
 
 /* How a point becomes two coordinates; the choices of every `map` field. */
 #define MAP_CHOICES "auto|uv|object|xz"
