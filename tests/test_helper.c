@@ -136,7 +136,7 @@ static void files_that_cannot_be_read(void **state) {
     assert_string_equal(error_last()->text, expected);
     assert_int_equal(import_path(folder, &usual, NULL), SNELL_ERR_IO);
     assert_non_null(strstr(error_last()->text, "Is a directory"));
-    assert_int_equal(import_word("", &usual, NULL), SNELL_ERR_IO);
+    assert_int_equal(import_word("", &usual, NULL), SNELL_ERR_SYNTAX);
     assert_non_null(strstr(error_last()->text, "empty"));
     snprintf(path, sizeof path, "%s/pipe", folder);
     assert_int_equal(mkfifo(path, 0600), 0);
