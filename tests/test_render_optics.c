@@ -276,6 +276,24 @@ static void alpha_is_counted_once_each(void **state) {
         }
 }
 
+/* To the eye glass of alpha 0 was not there, but light was absorbed in it. */
+static void clear_glass_absorbs_nothing(void **state) {
+    (void)state;
+    snell_dielectric_desc desc = SNELL_INIT(dielectric_desc);
+    snell_material_id nothing;
+    desc.absorption = grey(1);
+    desc.alpha = flat(grey(0));
+    MUST(snell_scene_add_dielectric(bench.scene, &desc, &nothing));
+    add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), add_lambert(&bench, grey(0.5)));
+    add_box(&bench, v3(-1, 1, -1), v3(1, 3, 1), nothing);
+    add_sun(&bench, v3(0, -1, 0), grey(1));
+    commit();
+    for (int y = 0; y < 3; y++) { /* below it, in it, above it */
+        rgb seen = trace_ray(&bench, SNELL_WHITTED, v3(0.5, 0.5 + 2 * y, 0), v3(0, 0, 0), 4);
+        ASSERT_CLOSE(seen.c[0], 0.5 / PI_, TOLERANCE, 0);
+    }
+}
+
 /* Vertex alpha let no light through where the mesh chose its materials by slots. */
 static void vertex_alpha_lets_light_through(void **state) {
     (void)state;
@@ -549,6 +567,7 @@ int main(void) {
         cmocka_unit_test_setup(water_without_shadow_takes_no_light, fresh),
         cmocka_unit_test_setup(a_light_under_water_is_absorbed, fresh),
         cmocka_unit_test_setup(alpha_is_counted_once_each, fresh),
+        cmocka_unit_test_setup(clear_glass_absorbs_nothing, fresh),
         cmocka_unit_test_setup(vertex_alpha_lets_light_through, fresh),
         cmocka_unit_test_setup(light_passes_many_cards, fresh),
         cmocka_unit_test_setup(many_lights_add_up, fresh),

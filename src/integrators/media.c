@@ -62,7 +62,9 @@ media media_around(const scene *s, snell_isa isa, vec3 p) {
         if (at->has_medium && !at->type->unbounded) {
             shade_point point;
             scene_shade_point(s, &r, &h, &point);
-            bool bounds = point.material->type->inside != NULL; /* a mesh has several materials */
+            /* A mesh has several materials; what is clear bounds nothing. */
+            bool bounds = point.material->type->inside != NULL &&
+                          material_alpha(point.material, &point.at) > 0;
             if (bounds && point.outside)
                 media_enter(&entered, h.instance);
             else if (bounds && !media_leave(&entered, h.instance))

@@ -210,6 +210,7 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     if (common->shadow == SHADOW_NONE) return (dvec3){1, 1, 1};
     if (common->shadow == SHADOW_OPAQUE) return (dvec3){0, 0, 0};
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
+    if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
     if (p->material->type->inside != NULL) {
         double ior1 = media_current(m, s)->ior;
         if (p->outside)
