@@ -117,7 +117,7 @@ usage() {
     wrong "--max-depth: '1001' is not" "" my.lua --max-depth 1001
     wrong "--min-weight: 'nan' is not a number" "" my.lua --min-weight nan
     wrong "--exposure: '1e9' is not a number" "" my.lua --exposure 1e9
-    wrong "--seed: '18446744073709551616' is not" "" my.lua --seed 18446744073709551616
+    wrong "--seed: '9223372036854775808' is not" "" my.lua --seed 9223372036854775808 # JSON has no more
     wrong "--view: 'topp' is no direction" "did you mean 'top'?" my.lua --view topp
     wrong "--view: '10,95' is no direction" "azimuth" my.lua --view 10,95
     wrong "--camera and --view exclude each other" "" my.lua --view top -c main

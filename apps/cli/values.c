@@ -189,7 +189,7 @@ static int read_rendering(const options *o, render_values *v) {
         v->has_min_weight = true;
     }
     if (code == EXIT_DONE && o->value[OPT_SEED] != NULL) {
-        code = read_whole(o, OPT_SEED, "seed", 0, UINT64_MAX, &v->seed);
+        code = read_whole(o, OPT_SEED, "seed", 0, INT64_MAX, &v->seed);
         v->has_seed = true;
     }
     return code;
