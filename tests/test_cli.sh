@@ -383,6 +383,9 @@ input() {
     printf '\033[31mX' >'a.lua'
     run 3 a.lua
     grep -q $'\033' err && fail "a message passes control characters on"
+    cp my.lua $'red\033[31m.lua'
+    run 0 $'red\033[31m.lua' "${small[@]}"
+    grep -q $'\033' err && fail "a note passes control characters on"
 }
 
 # ---- stopping --------------------------------------------------------------------------------------

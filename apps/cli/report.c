@@ -228,14 +228,16 @@ void report_warning(const char *hint, const char *format, ...) {
 
 void report_note(const char *format, ...) {
     if (state.level == LEVEL_QUIET) return;
+    char text[TEXT_MAX];
     va_list args;
     va_start(args, format);
+    vsnprintf(text, sizeof text, format, args);
+    va_end(args);
     report_lock();
     progress_clear();
-    vfprintf(stderr, format, args);
+    text_print_safe(stderr, text);
     fputc('\n', stderr);
     report_unlock();
-    va_end(args);
 }
 
 void report_log(void *user, const snell_message *message) {
