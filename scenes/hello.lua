@@ -15,7 +15,10 @@ background { color = {0.2, 0.3, 0.5} }   -- what a ray sees that hits nothing
 
 -- A lamp without size. Its light falls off with the square of the distance, so that the intensity
 -- (watts per steradian) has to be larger the farther away it hangs.
-light.point { position = {-3, 5, 4}, intensity = 120 }
+light.point { position = {-3, 5, 4}, intensity = 75 }
+
+-- Light that is everywhere, so that shadows are not black: a constant, not physics.
+ambient { color = 0.03 }
 
 -- Two materials: matt colours, given as the share of red, green and blue light that comes back.
 local red = material.lambert { color = {0.8, 0.15, 0.1} }

@@ -148,13 +148,14 @@ SNELL_API const char *snell_features(const char **missing);
 
 typedef struct snell_progress {
     size_t struct_size;
-    const char *phase;             /* "read", "build", "render", "write" */
+    const char *phase;             /* "read", "build", "render" */
     double fraction, seconds_left; /* fraction in [0,1]; seconds negative while unknown */
     uint64_t rays_traced;
-    uint32_t pass, x0, y0, x1, y1; /* pixels just updated, half-open */
+    uint32_t pass, x0, y0, x1, y1; /* the pixels that are worked on, half-open */
 } snell_progress;
 /* Called at least every 100 ms, never two at once, from the thread that made the call or from a
- * worker; false cancels. */
+ * worker; false cancels. Calls that need all workers of one context take turns: while one waits for
+ * another's render to end, its own progress is silent. */
 typedef bool snell_progress_fn(void *user, const snell_progress *progress);
 
 typedef struct snell_load_desc {
@@ -319,14 +320,16 @@ typedef struct snell_ray {
     snell_vec3 direction;
     float t_max;
     float time;
-    uint32_t mask;
+    uint32_t mask; /* 0: the ray hits nothing */
 } snell_ray;
 typedef struct snell_hit {
     float t, u, v;
     uint32_t primitive;
     snell_instance_id instance;
     snell_vec3 normal;
-} snell_hit; /* miss: t = INFINITY; normal: geometric, unit, outward */
+} snell_hit; /* miss: t = INFINITY; primitive: of a mesh, the triangle, else 0; u, v: of a triangle, the
+                weights of its second and third vertex (of other shapes: not promised); normal:
+                geometric, unit, outward */
 SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays,
                                              snell_hit *hits, size_t count); /* on this thread */
 SNELL_API snell_status snell_scene_intersect_all(const snell_scene *scene, const snell_ray *rays,

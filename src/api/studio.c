@@ -90,20 +90,17 @@ static snell_status add_directional(snell_scene *s, dvec3 towards_light, float i
     return snell_scene_add_light(s, "directional", params, 2, NULL);
 }
 
-/* A key over the camera's left shoulder, a weak back light, and a fill at the camera that casts no
- * shadow. On a white surface that faces the key they add up to a radiance of about 1. */
+/* A key over the camera's left shoulder, and a fill at the camera that casts no shadow. On a white
+ * surface that faces the key they add up to a radiance of about 1. */
 static snell_status studio_lights(snell_scene *s, const snell_view *view) {
     dvec3 back = dvec3_normalize(dvec3_sub(dvec3_from(view->from), dvec3_from(view->at)));
     dvec3 right = dvec3_normalize(dvec3_cross(dvec3_from(view->up), back)),
           up = dvec3_cross(back, right);
-    dvec3 key = dvec3_add(dvec3_add(dvec3_scale(back, 0.9), dvec3_scale(up, 0.9)),
-                          dvec3_scale(right, -0.7));
-    dvec3 rim = dvec3_add(dvec3_add(dvec3_scale(back, -0.6), dvec3_scale(up, 0.8)),
-                          dvec3_scale(right, 0.9));
-    snell_status status = add_directional(s, key, 2.2f);
-    if (!status) status = add_directional(s, rim, 0.7f);
+    dvec3 key = dvec3_add(dvec3_add(dvec3_scale(back, 0.9), dvec3_scale(up, 1.0)),
+                          dvec3_scale(right, -0.75));
+    snell_status status = add_directional(s, key, 2.9f);
     dvec3 offset = dvec3_sub(dvec3_from(view->from), dvec3_from(view->at));
-    double intensity = 0.7 * dvec3_dot(offset, offset);
+    double intensity = 0.8 * dvec3_dot(offset, offset);
     const snell_param fill = {.name = "intensity", .kind = SNELL_PARAM_FLOAT, .value.f = intensity};
     if (!status) status = snell_scene_add_light(s, "headlight", &fill, 1, NULL);
     return status;
@@ -134,7 +131,7 @@ static snell_status add_studio(snell_scene *s, const float view[2], const char *
     snell_status status = studio_camera(s, view, &camera_added, &eye);
     if (!status && wants_light) status = studio_lights(s, &eye);
     if (!status && wants_background)
-        status = snell_scene_set_background_gradient(s, (vec3){0.16f, 0.16f, 0.17f},
+        status = snell_scene_set_background_gradient(s, (vec3){0.20f, 0.21f, 0.23f},
                                                      (vec3){0.8f, 0.82f, 0.85f});
     if (!status && added) *added = texts[camera_added + 2 * wants_light + 4 * wants_background];
     return status;
@@ -152,19 +149,18 @@ static snell_status add_ground(snell_scene *s, snell_vec3 color, snell_instance_
     bounds3 b = description_bounds(s->description);
     if (bounds3_is_empty(b)) b = (bounds3){{-1, 0, -1}, {1, 1, 1}};
     dvec3 size = dvec3_sub(dvec3_from(b.max), dvec3_from(b.min));
-    double reach = 30 * dvec3_length(size);
-    if (!(reach > 0)) reach = 30;
-    vec3 corner = {(float)((double)b.min.x + size.x / 2 - reach), b.min.y,
-                   (float)((double)b.min.z + size.z / 2 - reach)};
-    float side = (float)(2 * reach);
+    double reach = 100 * dvec3_length(size); /* round, so that the horizon is one line */
+    if (!(reach > 0)) reach = 100;
+    vec3 center = {(float)((double)b.min.x + size.x / 2), b.min.y,
+                   (float)((double)b.min.z + size.z / 2)};
     const snell_param floor_params[] = {
-        {.name = "corner", .kind = SNELL_PARAM_VEC3, .value.v = corner},
-        {.name = "u", .kind = SNELL_PARAM_VEC3, .value.v = {0, 0, side}},
-        {.name = "v", .kind = SNELL_PARAM_VEC3, .value.v = {side, 0, 0}}};
+        {.name = "center", .kind = SNELL_PARAM_VEC3, .value.v = center},
+        {.name = "normal", .kind = SNELL_PARAM_VEC3, .value.v = {0, 1, 0}},
+        {.name = "radius", .kind = SNELL_PARAM_FLOAT, .value.f = reach}};
     const snell_param paint = {.name = "color", .kind = SNELL_PARAM_VEC3, .value.v = color};
     snell_shape_id shape;
     snell_material_id matte;
-    snell_status status = snell_scene_add_shape(s, "quad", floor_params, 3, &shape);
+    snell_status status = snell_scene_add_shape(s, "disk", floor_params, 3, &shape);
     if (!status) status = snell_scene_add_material(s, "lambert", &paint, 1, &matte);
     return status ? status : snell_scene_add_instance(s, shape, matte, NULL, out);
 }

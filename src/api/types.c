@@ -58,7 +58,7 @@ static void print_range(const field *f, char *out, size_t size) {
     else if (isinf(f->max))
         snprintf(out, size, "%s %.6g", f->flags & FIELD_OPEN_MIN ? ">" : ">=", low);
     else
-        snprintf(out, size, "%.6g to %.6g", low, high);
+        snprintf(out, size, "%.10g to %.10g", low, high);
 }
 
 snell_status snell_type_get_field(uint32_t index, uint32_t number, snell_field_info *out) {

@@ -47,6 +47,12 @@ static snell_status check(const void *desc) {
     if (!status) status = check_per_vertex(mesh, "uvs", mesh->uvs_count);
     if (!status) status = check_per_vertex(mesh, "colors", mesh->colors_count);
     if (!status) status = check_per_vertex(mesh, "alphas", mesh->alphas_count);
+    for (size_t i = 0; !status && i < mesh->colors_count; i++) {
+        vec3 c = mesh->colors[i];
+        if (c.x < 0 || c.y < 0 || c.z < 0)
+            status = error_set(SNELL_ERR_ARGUMENT, "colours are 0 or more",
+                               "mesh: the colour of vertex %zu is negative", i);
+    }
     return status ? status : check_slots(mesh);
 }
 

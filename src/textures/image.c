@@ -43,9 +43,9 @@ static snell_status check(const void *desc) {
     for (size_t i = 0; i < floats; i++) {
         float value; /* the caller's bytes may lie anywhere */
         memcpy(&value, (const char *)image->pixels + i * sizeof value, sizeof value);
-        if (!isfinite(value))
-            return error_set(SNELL_ERR_ARGUMENT, NULL, "image: pixel %zu is not a finite number",
-                             i / 4);
+        if (!(isfinite(value) && value >= 0))
+            return error_set(SNELL_ERR_ARGUMENT, NULL,
+                             "image: pixel %zu is not a finite number, 0 or more", i / 4);
     }
     return SNELL_OK;
 }
