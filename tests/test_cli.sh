@@ -310,7 +310,11 @@ output_rule() {
     [ $? -eq 5 ] || fail "a full disk is not exit 5 for help"
     if command -v script >/dev/null; then
         script -qec "$snell my.lua -o -" /dev/null >out 2>&1 </dev/null
-        grep -q "standard output is a terminal" out || fail "-o - to a terminal is not refused"
+        if grep -q "failed to create pseudo-terminal" out; then
+            echo "NOT TESTED: -o - to a terminal (no pseudo-terminals here)"
+        else
+            grep -q "standard output is a terminal" out || fail "-o - to a terminal is not refused"
+        fi
     fi
 }
 
