@@ -189,6 +189,8 @@ static void test_info(void **state) {
 }
 
 int main(void) {
+    unsetenv("SNELL_FULL"); /* for tests; the command would warn of them */
+    unsetenv("SNELL_MODELS");
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_render),
         cmocka_unit_test(test_errors),
