@@ -162,9 +162,8 @@ static void print_reference(void) {
         for (uint32_t k = 0; k < t->field_count; k++) {
             snell_field_info f;
             if (snell_type_get_field(i, k, &f) != SNELL_OK) continue;
-            bool required = t->fields[k].flags & FIELD_REQUIRED;
             printf("| `%s` | %s | %s | ", f.name, f.kind,
-                   required ? "*required*" : f.default_value);
+                   f.required ? "*required*" : f.default_value);
             print_cell(f.range);
             printf(" | %s | ", f.unit);
             print_cell(f.help);

@@ -136,7 +136,9 @@ static void print_counts(const snell_scene_stats *s) {
     text_format_count(s->instance_count, a);
     text_format_count(s->primitive_count, b);
     text_format_count(s->triangle_count, c);
-    printf("%-11s %s instances, %s primitives, %s of them triangles", "contents", a, b, c);
+    printf("%-11s %s instance%s, %s primitive%s, %s of them triangle%s", "contents", a,
+           s->instance_count == 1 ? "" : "s", b, s->primitive_count == 1 ? "" : "s", c,
+           s->triangle_count == 1 ? "" : "s");
     if (s->unique_triangle_count != s->triangle_count) {
         text_format_count(s->unique_triangle_count, c);
         printf(" (%s without instancing)", c);

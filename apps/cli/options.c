@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "report.h"
 #include "text.h"
@@ -41,7 +42,7 @@ const option_info option_table[] = {
      false},
     {OPT_BACKGROUND, "background", 0, "BG", "scene",
      "'transparent', or a colour: '#rrggbb', a name, or linear 'r,g,b'", PICTURE, CMD_RENDER,
-     OPTION_PICTURE, "transparent|white|grey|black", true},
+     OPTION_PICTURE, "transparent|" TEXT_COLORS, true},
 
     {OPT_CAMERA, "camera", 'c', "NAME", "the first",
      "a camera of the file, by name or by number from 1", VIEW, CMD_RENDER, OPTION_PICTURE, NULL,
@@ -57,8 +58,9 @@ const option_info option_table[] = {
 
     {OPT_LIGHT, "light", 0, "RIG", "studio", "studio or none", LIGHT, CMD_RENDER, OPTION_PICTURE,
      "studio|none", false},
-    {OPT_GROUND, "ground", 0, "COLOR", NULL, "a floor under the model", LIGHT, CMD_RENDER,
-     OPTION_PICTURE | OPTION_OPTIONAL_VALUE, NULL, false},
+    {OPT_GROUND, "ground", 0, "COLOR", "grey",
+     "a floor under the model; the colour as for --background", LIGHT, CMD_RENDER,
+     OPTION_PICTURE | OPTION_OPTIONAL_VALUE, TEXT_COLORS, true},
 
     {OPT_INTEGRATOR, "integrator", 'i', "I", "scene, whitted", "appel or whitted", RENDERING,
      CMD_RENDER, OPTION_PICTURE, "appel|whitted", false},
@@ -87,8 +89,8 @@ const option_info option_table[] = {
      MACHINE, CMD_RENDER | CMD_INFO, 0, NULL, false},
     {OPT_MEMORY, "memory", 0, "SIZE", NULL, "stop with exit 6 before using more, such as 8G",
      MACHINE, CMD_RENDER | CMD_INFO, 0, NULL, false},
-    {OPT_ISA, "isa", 0, "NAME", NULL, "at most scalar, avx2 or avx512; the picture is the same",
-     MACHINE, CMD_RENDER | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
+    {OPT_ISA, "isa", 0, "NAME", "auto",
+     "scalar, avx2, avx512: at most that; auto: what the CPU has; the picture is the same", MACHINE, CMD_RENDER | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
     {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
      CMD_RENDER, 0, "auto|line|plain|json|none", false},
 
@@ -102,18 +104,17 @@ const option_info option_table[] = {
 
     {OPT_HELP, "help", 'h', NULL, NULL, "what it does and every option it takes", COMMON, CMD_ALL,
      0, NULL, false},
+    {OPT_VERSION, "version", 'V', NULL, NULL,
+     "version, build, CPU features, optional parts built in", COMMON, CMD_ALL, 0, NULL, false},
     {OPT_QUIET, "quiet", 'q', NULL, NULL, "warnings and errors only", COMMON, CMD_ALL, 0, NULL,
      false},
-    {OPT_VERBOSE, "verbose", 'v', NULL, NULL, "say more; -vv says most", COMMON, CMD_ALL,
-     OPTION_REPEATS, NULL, false},
+    {OPT_VERBOSE, "verbose", 'v', NULL, NULL, "say more", COMMON, CMD_ALL, 0, NULL, false},
     {OPT_JSON, "json", 0, NULL, NULL, "one JSON object on standard output, also after an error",
      COMMON, CMD_ALL, 0, NULL, false},
     {OPT_STRICT, "strict", 0, NULL, NULL, "treat a warning as an error", COMMON, CMD_ALL, 0, NULL,
      false},
     {OPT_COLOR, "color", 0, "WHEN", "auto", "auto, always or never", COMMON, CMD_ALL, 0,
      "auto|always|never", false},
-    {OPT_VERSION, "version", 'V', NULL, NULL,
-     "version, build, CPU features, optional parts built in", COMMON, CMD_ALL, 0, NULL, false},
 };
 const size_t option_table_count = sizeof option_table / sizeof option_table[0];
 
@@ -121,7 +122,8 @@ const command_info command_table[] = {
     {CMD_RENDER, "render", "FILE... [-o OUT]", "make a picture of each file",
      "make a picture of a model or a scene\n"
      "A file without camera or light is framed and lit for you; what was added is said in one "
-     "line. [..] is the default; [scene] means what the scene asks for, and the value after it is "
+     "line. A file with cameras is seen by its first: -c takes another, --view frames the whole "
+     "model. [..] is the default; [scene] means what the scene asks for, and the value after it is "
      "used when it asks for nothing.",
      "Ctrl-C or SIGTERM: what is done is saved as OUT with '.partial' before the extension; OUT "
      "itself is never left half written.",
@@ -267,6 +269,22 @@ static int missing_value(const option_info *info) {
     return report_usage(hint, "--%s needs a value", info->name);
 }
 
+/* A value that may be left out follows '=': "--ground=" has none, and "--ground red" would take red
+ * for a file. */
+static int check_optional(const option_info *info, const char *value, const char *next) {
+    char hint[120];
+    snell_vec3 color;
+    if (value != NULL && *value == '\0') {
+        snprintf(hint, sizeof hint, "--%s alone takes the default", info->name);
+        return report_usage(hint, "--%s= has no value", info->name);
+    }
+    if (value != NULL || next == NULL || !text_color(next, &color) || access(next, F_OK) == 0) {
+        return EXIT_DONE;
+    }
+    snprintf(hint, sizeof hint, "did you mean --%s=%.64s?", info->name, next);
+    return report_usage(hint, "--%s: its value follows '='", info->name);
+}
+
 static int parse_long(options *o, const char *text, const char *next) {
     size_t length = strcspn(text, "=");
     const char *value = text[length] == '=' ? text + length + 1 : NULL;
@@ -280,6 +298,10 @@ static int parse_long(options *o, const char *text, const char *next) {
     if (value == NULL && needs_value(info)) {
         if (next == NULL) return missing_value(info);
         value = next;
+    }
+    if (info->metavar != NULL && !needs_value(info)) {
+        int code = check_optional(info, value, next);
+        if (code != EXIT_DONE) return code;
     }
     return take_value(o, info, value == NULL ? "" : value);
 }

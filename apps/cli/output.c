@@ -23,6 +23,18 @@ static void input_name(const char *input, const char **name, size_t *length) {
     *length = dot != NULL && dot != *name ? (size_t)(dot - *name) : strlen(*name);
 }
 
+/* The first {word} in `pattern` other than {name}; its length in *length, 0 for none. */
+static const char *unknown_mark(const char *pattern, size_t *length) {
+    *length = 0;
+    for (const char *at = strchr(pattern, '{'); at != NULL; at = strchr(at + 1, '{')) {
+        size_t span = strspn(at + 1, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_");
+        if (at[span + 1] != '}' || (span == 4 && strncmp(at, "{name}", 6) == 0)) continue;
+        *length = span + 2;
+        return at;
+    }
+    return NULL;
+}
+
 /* `pattern` with the name in place of every {name}; NULL on lack of memory. */
 static char *expand_name(const char *pattern, const char *input) {
     static const char mark[] = "{name}";
@@ -72,6 +84,26 @@ static int check_format(const char *extension, const char *path) {
                         "-o: '%s' is no kind of picture that snell writes", path);
 }
 
+/* Makes a file and removes it: permissions alone do not tell, as root and on read-only or virtual
+ * file systems. */
+static bool can_write_in(const char *folder) {
+    static const char name[] = "/.snell-XXXXXX";
+    if (access(folder, W_OK | X_OK) != 0) return false;
+    size_t length = strlen(folder);
+    char *path = malloc(length + sizeof name);
+    if (path == NULL) return false;
+    memcpy(path, folder, length);
+    memcpy(path + length, name, sizeof name);
+    int file = mkstemp(path), error = errno;
+    if (file >= 0) {
+        close(file);
+        unlink(path);
+    }
+    free(path);
+    errno = error;
+    return file >= 0;
+}
+
 /* A picture that cannot be written should be known before it is computed. */
 static int check_folder(const char *path) {
     const char *slash = strrchr(path, '/');
@@ -87,9 +119,9 @@ static int check_folder(const char *path) {
                          "%s: the folder '%s' cannot be used: %s", path, folder, strerror(errno));
     } else if (!S_ISDIR(info.st_mode)) {
         code = report_error(EXIT_IO, NULL, "%s: '%s' is no folder", path, folder);
-    } else if (access(folder, W_OK | X_OK) != 0) {
-        code = report_error(EXIT_IO, "-o names another place",
-                            "%s: the folder cannot be written: %s", path, strerror(errno));
+    } else if (!can_write_in(folder)) {
+        code = report_error(EXIT_IO, "-o names another place", "%s: cannot write in %s: %s", path,
+                            strcmp(folder, ".") == 0 ? "this folder" : folder, strerror(errno));
     } else if (stat(path, &info) == 0 && !S_ISREG(info.st_mode)) {
         code = report_error(EXIT_IO, NULL, "%s is there already, and is no ordinary file", path);
     }
@@ -153,6 +185,12 @@ int output_check_all(const options *o) {
     size_t count = o->operands.count;
     if (o->given[OPT_OUTPUT] > 1) {
         return report_usage(NULL, "-o is given twice; one render writes one picture");
+    }
+    size_t length = 0;
+    const char *mark = given != NULL ? unknown_mark(given, &length) : NULL;
+    if (mark != NULL) {
+        return report_usage("{name} stands for the input's name", "-o: '%.*s' means nothing",
+                            (int)(length < 80 ? length : 80), mark);
     }
     if (count > 1 && given != NULL && strstr(given, "{name}") == NULL) {
         return report_usage("such as -o '{name}.png'", "-o: one name for %zu pictures", count);

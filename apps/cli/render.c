@@ -200,6 +200,21 @@ static void say_added(job *j, bool own_camera) {
     }
 }
 
+/* --light none leaves the studio out: what is dark then should not surprise. */
+static void warn_of_darkness(const job *j, const snell_scene_stats *s) {
+    bool lit = s->light_count > 0 || s->has_emission || s->has_ambient || s->has_background;
+    if (!j->values->light_none || lit || j->values->has_background) return;
+    report_warning("leave out --light none, or give the file a light",
+                   "%s has no light: the picture will be black", session_label(j->input));
+}
+
+/* A model made elsewhere may look past what matters; -v says how to see all of it. */
+static void say_camera(const job *j, const snell_scene_stats *s) {
+    if (report_level() < LEVEL_VERBOSE || s->camera_count == 0 || j->values->has_view) return;
+    if (strcmp(s->format, "lua") == 0) return;
+    report_note("seen by the file's own camera; --view iso frames the whole model");
+}
+
 static int commit(job *j) {
     return status_of(j, snell_scene_commit(j->scene, progress_report, NULL));
 }
@@ -236,7 +251,11 @@ static int prepare(job *j) {
     if (code == EXIT_DONE) code = choose_view(j, own_camera);
     if (code == EXIT_DONE) code = dress(j);
     if (code == EXIT_DONE) code = commit(j);
-    if (code == EXIT_DONE) say_added(j, own_camera);
+    if (code == EXIT_DONE) {
+        warn_of_darkness(j, &stats);
+        say_camera(j, &stats);
+        say_added(j, own_camera);
+    }
     return code == EXIT_DONE ? report_strict() : code;
 }
 

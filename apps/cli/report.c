@@ -185,6 +185,10 @@ int report_error(int code, const char *hint, const char *format, ...) {
 }
 
 int report_status(snell_status status, const char *path) {
+    return report_status_as(status_code(status), status, path);
+}
+
+int report_status_as(int code, snell_status status, const char *path) {
     const snell_message *last = snell_last_error();
     char text[TEXT_MAX], hint[TEXT_MAX], file[TEXT_MAX];
     copy_aliased(last->text[0] != '\0' ? last->text : status_word(status), text, sizeof text);
@@ -194,12 +198,11 @@ int report_status(snell_status status, const char *path) {
     if (file[0] == '\0' && path != NULL && strstr(text, path) == NULL) {
         copy_aliased(path, file, sizeof file);
     }
-    int code = status_code(status);
     if (code == EXIT_FAULT && hint[0] == '\0') {
         snprintf(hint, sizeof hint, "this is a fault in snell itself: please report it");
     }
     shown m = {text, hint, file, last->line, last->column};
-    return keep_error(code, status_word(status), &m);
+    return keep_error(code, code == EXIT_USAGE ? code_word(code) : status_word(status), &m);
 }
 
 static void keep_warning(const shown *m) {
@@ -247,9 +250,15 @@ void report_log(void *user, const snell_message *message) {
     copy_aliased(message->hint, hint, sizeof hint);
     copy_aliased(message->file, file, sizeof file);
     shown m = {text, hint, file, message->line, message->column};
+    /* A note with a line is what a scene program prints. */
+    bool printed = message->severity == SNELL_INFO && message->line > 0;
+    for (char *c = text; printed && *c != '\0'; c++) *c = *c == '\t' ? ' ' : *c;
+    enum report_level least = printed                           ? LEVEL_NORMAL
+                              : message->severity == SNELL_INFO ? LEVEL_VERBOSE
+                                                                : LEVEL_DEBUG;
     if (message->severity >= SNELL_WARNING) {
         keep_warning(&m);
-    } else if (state.level >= (message->severity == SNELL_INFO ? LEVEL_VERBOSE : LEVEL_DEBUG)) {
+    } else if (state.level >= least) {
         print_message(NULL, &m);
     }
 }

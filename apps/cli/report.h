@@ -38,6 +38,8 @@ int report_usage(const char *hint, const char *format, ...) PRINTF_LIKE(2, 3);
 int report_error(int code, const char *hint, const char *format, ...) PRINTF_LIKE(3, 4);
 /* The library's last error. `path` is put before a message that names no file; may be NULL. */
 int report_status(snell_status status, const char *path);
+/* The same with an exit code of the caller's. */
+int report_status_as(int code, snell_status status, const char *path);
 void report_warning(const char *hint, const char *format, ...) PRINTF_LIKE(2, 3);
 /* A line on standard error unless --quiet. */
 void report_note(const char *format, ...) PRINTF_LIKE(1, 2);

@@ -183,6 +183,17 @@ static int spool_input(session *s) {
     return code;
 }
 
+/* -D is for scene programs; with several files it may be meant for some of them, but a value that
+ * does nothing is a mistake all the same. */
+static int check_takes_values(const snell_scene *scene, const char *path) {
+    snell_scene_stats stats = {.struct_size = sizeof stats};
+    snell_status status = snell_scene_get_stats(scene, &stats);
+    if (status != SNELL_OK) return report_status(status, path);
+    if (strcmp(stats.format, "lua") == 0) return EXIT_DONE;
+    return report_usage("only scene programs do: 'snell help param'", "%s takes no values (-D)",
+                        path);
+}
+
 static int load_into(session *s, snell_scene *scene, const char *path) {
     const options *o = s->options;
     snell_load_desc desc = SNELL_INIT(load_desc);
@@ -196,7 +207,12 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
     desc.progress = progress_report;
     snell_status status = snell_scene_load(scene, path, &desc);
     if (signals_caught() != 0) return EXIT_SOME_FAILED;
-    return status == SNELL_OK ? EXIT_DONE : report_status(status, path);
+    if (status != SNELL_OK) {
+        bool from_command_line = status == SNELL_ERR_ARGUMENT && o->set.count > 0;
+        return from_command_line ? report_status_as(EXIT_USAGE, status, path)
+                                 : report_status(status, path);
+    }
+    return o->set.count > 0 ? check_takes_values(scene, path) : EXIT_DONE;
 }
 
 int session_load(session *s, const char *path, snell_scene **out) {

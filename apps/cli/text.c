@@ -30,9 +30,11 @@ static size_t edit_distance(const char *a, size_t a_length, const char *b, size_
     return rows[a_length % 3][b_length];
 }
 
-/* How far a misspelling may be: one letter in three. A word that was cut short is near too. */
+/* How far a misspelling may be: one letter in three; a single letter is like no other. A word that
+ * was cut short is near too. */
 static size_t word_distance(const char *word, const char *other, size_t other_length) {
-    size_t length = strlen(word), far = length < 3 ? 1 : (length + 2) / 3;
+    size_t length = strlen(word), far = length < 2 ? 0 : length < 3 ? 1 : (length + 2) / 3;
+    if (other_length == 0) return SIZE_MAX;
     if (length >= 3 && other_length > length && strncmp(word, other, length) == 0) return 1;
     size_t distance = edit_distance(word, length, other, other_length);
     return distance <= far ? distance : SIZE_MAX;
@@ -168,7 +170,13 @@ static bool hex_color(const char *digits, snell_vec3 *out) {
 bool text_color(const char *text, snell_vec3 *out) {
     static const struct {
         const char *name, *digits;
-    } names[] = {{"white", "fff"}, {"black", "000"}, {"grey", "808080"}, {"gray", "808080"}};
+    } names[] = {
+        {"white", "fff"},      {"silver", "c0c0c0"},  {"grey", "808080"},   {"gray", "808080"},
+        {"black", "000"},      {"red", "f00"},        {"maroon", "800000"}, {"yellow", "ff0"},
+        {"olive", "808000"},   {"lime", "0f0"},       {"green", "008000"},  {"cyan", "0ff"},
+        {"teal", "008080"},    {"blue", "00f"},       {"navy", "000080"},   {"magenta", "f0f"},
+        {"purple", "800080"},  {"orange", "ffa500"},  {"pink", "ffc0cb"},
+    };
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (strcmp(text, names[i].name) == 0) return hex_color(names[i].digits, out);
     }

@@ -20,7 +20,11 @@ void text_choice_list(const char *choices, char *out, size_t size);
 bool text_uint(const char *text, uint64_t min, uint64_t max, uint64_t *out);
 bool text_number(const char *text, double *out);  /* finite; with '.', whatever the locale */
 bool text_bytes(const char *text, uint64_t *out); /* 512M, 8G, 100000 */
-/* #rgb, #rrggbb (sRGB), one number (grey), r,g,b (linear), white, black, grey. */
+/* #rgb, #rrggbb (sRGB), one number (grey), r,g,b (linear), or a name: the sixteen of CSS 1, orange
+ * and pink. */
+#define TEXT_COLORS                                                                                \
+    "white|silver|grey|gray|black|red|maroon|yellow|olive|lime|green|cyan|teal|blue|navy|magenta|" \
+    "purple|orange|pink"
 bool text_color(const char *text, snell_vec3 *out);
 
 /* Prints with control characters made visible: names come out of other people's files. */

@@ -108,21 +108,28 @@ static int read_view(const char *text, render_values *v) {
     return EXIT_DONE;
 }
 
+static int bad_color(const char *option, const char *text, const char *names) {
+    char hint[200], near[16];
+    if (text_choice_closest(names, text, near, sizeof near))
+        snprintf(hint, sizeof hint, "did you mean '%s'?", near);
+    else
+        snprintf(hint, sizeof hint, "'#rrggbb' or '#rgb' (sRGB), linear 'r,g,b', or a name such as "
+                                    "white, grey, navy");
+    return report_usage(hint, "--%s: '%s' is no colour", option, text);
+}
+
 static int read_background(const char *text, render_values *v) {
     v->transparent = strcmp(text, "transparent") == 0;
     v->has_background = !v->transparent;
     if (v->transparent || text_color(text, &v->background)) return EXIT_DONE;
-    return report_usage("'#rrggbb' or '#rgb' (sRGB), linear 'r,g,b', white, grey, black, or "
-                        "transparent",
-                        "--background: '%s' is no colour", text);
+    return bad_color("background", text, "transparent|" TEXT_COLORS);
 }
 
 static int read_ground(const char *text, render_values *v) {
     v->has_ground = true;
     v->ground = (snell_vec3){0.5f, 0.5f, 0.5f};
     if (*text == '\0' || text_color(text, &v->ground)) return EXIT_DONE;
-    return report_usage("'#rrggbb' or '#rgb' (sRGB), linear 'r,g,b', white, grey or black",
-                        "--ground: '%s' is no colour", text);
+    return bad_color("ground", text, TEXT_COLORS);
 }
 
 /* A whole number, a decimal number: the error names the option and the range. */
@@ -146,7 +153,7 @@ static int read_picture(const options *o, render_values *v) {
     if (o->value[OPT_SIZE] != NULL) code = read_size(o->value[OPT_SIZE], v);
     if (code == EXIT_DONE && o->value[OPT_CROP] != NULL) code = read_crop(o->value[OPT_CROP], v);
     if (code == EXIT_DONE && o->value[OPT_EXPOSURE] != NULL) {
-        code = read_decimal(o, OPT_EXPOSURE, "exposure", -64, 64, &number);
+        code = read_decimal(o, OPT_EXPOSURE, "exposure", -50, 50, &number);
         v->exposure = (float)number;
         v->has_exposure = true;
     }

@@ -410,7 +410,7 @@ SNELL_API snell_status snell_scene_settings(const snell_scene *scene, snell_inte
 typedef struct snell_image_desc {
     size_t struct_size;
     const char *tonemap; /* "clip", "neutral", ...; NULL: the film's default from its scene */
-    float exposure;      /* stops */
+    float exposure;      /* stops, -50 to 50 */
     bool exposure_set;   /* false: the film's default from its scene */
     const char *tag; /* text stored in the file (PNG "snell" chunk, EXR attribute); NULL: none */
 } snell_image_desc;
@@ -458,6 +458,7 @@ SNELL_API snell_status snell_picture_read_info(
 
 typedef struct snell_field_info {
     const char *name, *kind, *default_value, *range, *unit, *help;
+    bool required; /* there is no default */
 } snell_field_info;
 typedef struct snell_type_info {
     const char *category, *name, *help;

@@ -59,34 +59,35 @@ const char *snell_isa_name(snell_isa isa) {
 
 const char *snell_version(void) { return SNELL_VERSION_STRING; }
 
+/* Each name in turn, after a space: the first one is stepped over. */
 const char *snell_features(const char **missing) {
-    if (missing)
-        *missing = "" /* each part in turn */
+    static const char without[] = ""
 #if !SNELL_HAS_ASSIMP
-                   "assimp "
+                                  " assimp"
 #endif
 #if !SNELL_HAS_OPENEXR
-                   "openexr "
+                                  " openexr"
 #endif
 #if !SNELL_HAS_JPEG
-                   "jpeg "
+                                  " jpeg"
 #endif
 #if !SNELL_HAS_SIMD
-                   "avx2 avx512 "
+                                  " avx2 avx512"
 #endif
-            ;
-    return "lua gltf png "
+        ;
+    if (missing) *missing = without[0] ? without + 1 : without;
+    return "lua gltf png"
 #if SNELL_HAS_ASSIMP
-           "assimp "
+           " assimp"
 #endif
 #if SNELL_HAS_OPENEXR
-           "openexr "
+           " openexr"
 #endif
 #if SNELL_HAS_JPEG
-           "jpeg "
+           " jpeg"
 #endif
 #if SNELL_HAS_SIMD
-           "avx2 avx512 "
+           " avx2 avx512"
 #endif
         ;
 }

@@ -236,8 +236,8 @@ static snell_status image_settings(const snell_film *f, const snell_image_desc *
         return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
     if (desc && desc->struct_size != sizeof *desc)
         return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
-    if (desc && desc->exposure_set && !isfinite(desc->exposure))
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "the exposure is not a finite number");
+    if (desc && desc->exposure_set && !(desc->exposure >= -50 && desc->exposure <= 50))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "the exposure is not a number from -50 to 50");
     char word[32];
     choice_word("default|clip|reinhard|neutral", f->tonemap, word, sizeof word);
     bool named = desc && desc->tonemap;

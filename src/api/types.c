@@ -71,7 +71,13 @@ snell_status snell_type_get_field(uint32_t index, uint32_t number, snell_field_i
     print_default(f, initial, sizeof initial);
     print_range(f, range, sizeof range);
     const char *unit = strcmp(f->unit, "rad") == 0 ? "degrees" : f->unit;
-    *out = (snell_field_info){f->name, field_kind_name(f->kind), initial, range, unit, f->help};
+    *out = (snell_field_info){.name = f->name,
+                              .kind = field_kind_name(f->kind),
+                              .default_value = initial,
+                              .range = range,
+                              .unit = unit,
+                              .help = f->help,
+                              .required = (f->flags & FIELD_REQUIRED) != 0};
     return SNELL_OK;
 }
 

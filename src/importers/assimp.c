@@ -106,7 +106,7 @@ static struct aiFile *fs_open(struct aiFileIO *io, const char *path, const char 
     if (strchr(mode, 'w') || strchr(mode, 'a') || strchr(mode, '+')) return NULL;
     memory_file *f = memory_zeroed(1, sizeof *f);
     if (f == NULL) return NULL;
-    if (strcmp(path, fs->reader->path) == 0) {
+    if (strcmp(path, fs->reader->shown) == 0) {
         f->data = fs->data, f->size = fs->size;
     } else if (read_beside(fs->reader, path, &f->owned, &f->size) == SNELL_OK) {
         f->data = f->owned;
@@ -129,6 +129,8 @@ static void fs_close(struct aiFileIO *io, struct aiFile *file) {
 }
 
 /* ---- the importer ---- */
+
+extern const importer importer_assimp;
 
 static bool is(const reader *r, const char *extension) {
     return strcmp(r->extension, extension) == 0;
@@ -156,7 +158,7 @@ static const struct aiScene *import_once(const reader *r, file_system *fs, bool 
     struct aiPropertyStore *store = aiCreatePropertyStore();
     if (store == NULL) return NULL;
     aiSetImportPropertyFloat(store, AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60);
-    const struct aiScene *scene = aiImportFileExWithProperties(r->path, flags, &fs->calls, store);
+    const struct aiScene *scene = aiImportFileExWithProperties(r->shown, flags, &fs->calls, store);
     aiReleasePropertyStore(store);
     return scene;
 }
@@ -183,26 +185,53 @@ static snell_status fill(reader *r) {
     return status;
 }
 
+static bool begins(const uint8_t *data, size_t size, const char *word) {
+    size_t length = strlen(word);
+    return size > length && memcmp(data, word, length) == 0;
+}
+
+/* libassimp goes by the extension: by the one that was asked for, else the file's own, else the one
+ * that its content says. */
+static snell_status choose_reader(reader *r, const uint8_t *data, size_t size) {
+    const char *asked = r->options->format;
+    char named[16];
+    import_extension(r->path, named, sizeof named);
+    snprintf(r->extension, sizeof r->extension, "%s", named);
+    bool own = aiIsExtensionSupported(r->extension) == AI_TRUE && r->extension[0] == '.';
+    if (asked && strcmp(asked, importer_assimp.name) != 0)
+        snprintf(r->extension, sizeof r->extension, ".%.14s", asked);
+    else if (begins(data, size, "ply\n") || begins(data, size, "ply\r"))
+        snprintf(r->extension, sizeof r->extension, ".ply");
+    else if (!own && begins(data, size, "solid"))
+        snprintf(r->extension, sizeof r->extension, ".stl");
+    else if (!own && obj_recognise(data, size))
+        snprintf(r->extension, sizeof r->extension, ".obj");
+    size_t length = strlen(r->path) + sizeof r->extension;
+    r->shown = malloc(length);
+    if (r->shown == NULL) return error_no_memory();
+    bool differs = strcmp(named, r->extension) != 0;
+    snprintf(r->shown, length, "%s%s", r->path, differs ? r->extension : "");
+    return SNELL_OK;
+}
+
 static snell_status assimp_read(const char *path, const import_options *options, description *d) {
     reader r = {.path = path, .options = options, .d = d};
     file_system fs = {.reader = &r};
     fs.calls = (struct aiFileIO){fs_open, fs_close, (char *)(void *)&fs};
-    import_extension(path, r.extension, sizeof r.extension);
     snell_status status = import_read_file(path, NULL, options, &fs.data, &fs.size);
     if (!status && fs.size == 0) status = error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
+    if (!status) status = choose_reader(&r, fs.data, fs.size);
     bool ply = is(&r, ".ply") || (fs.size >= 3 && memcmp(fs.data, "ply", 3) == 0);
     if (!status && ply) status = ply_check(fs.data, fs.size);
     if (!status && is(&r, ".obj")) status = obj_repair(&fs.data, &fs.size);
     if (!status) {
-        /* An extension that says nothing: the content must. */
-        if (is(&r, "") && fs.size > 5 && memcmp(fs.data, "solid", 5) == 0)
-            snprintf(r.extension, sizeof r.extension, ".stl");
         r.scene = import_scene(&r, &fs);
         status = r.scene ? fill(&r) : reading_failed(&r);
         if (r.scene) aiReleaseImport(r.scene);
     }
     for (size_t i = 0; i < r.map_count; i++) free(r.maps[i].path);
     free(r.maps);
+    free(r.shown);
     free(r.materials);
     free(r.shapes);
     free(fs.data);
@@ -217,7 +246,8 @@ static bool assimp_recognise(const char *extension, const uint8_t *first, size_t
     if (size >= 4 && (memcmp(first, "ply\n", 4) == 0 || memcmp(first, "ply\r", 4) == 0))
         return true;
     if (size >= 6 && memcmp(first, "solid ", 6) == 0) return true;
-    return extension[0] == '.' && aiIsExtensionSupported(extension) == AI_TRUE;
+    if (extension[0] == '.' && aiIsExtensionSupported(extension) == AI_TRUE) return true;
+    return strcmp(extension, ".lua") != 0 && obj_recognise(first, size);
 }
 
 const importer importer_assimp = {

@@ -27,6 +27,7 @@ typedef struct reader {
     description *d;
     const struct aiScene *scene;
     char extension[16];  /* ".obj" */
+    char *shown;         /* path with the extension by which libassimp chooses its reader; owned */
     uint32_t *materials; /* per material of the scene: index in the description */
     uint32_t *shapes;    /* per mesh; NO_SHAPE: not drawn */
     map_entry *maps;
@@ -43,6 +44,8 @@ snell_status reader_read_meshes(reader *r);
 /* *text is owned and may be replaced. */
 snell_status obj_repair(uint8_t **text, size_t *size);
 snell_status ply_check(const uint8_t *text, size_t size);
+/* Do these first bytes of a text look like OBJ? */
+bool obj_recognise(const uint8_t *first, size_t size);
 void mtl_repair(uint8_t *text, size_t size);
 
 #endif

@@ -65,3 +65,42 @@ void mtl_repair(uint8_t *text, size_t size) {
         at = end + 1;
     }
 }
+
+/* ---- which text is OBJ ---- */
+
+static bool begins_with_word(const char *line, size_t length, const char *word) {
+    size_t span = strlen(word);
+    return length > span && memcmp(line, word, span) == 0 &&
+           (line[span] == ' ' || line[span] == '\t');
+}
+
+static bool number_follows(const char *line, size_t length, size_t at) {
+    while (at < length && (line[at] == ' ' || line[at] == '\t')) at++;
+    if (at < length && (line[at] == '-' || line[at] == '+')) at++;
+    if (at < length && line[at] == '.') at++;
+    return at < length && line[at] >= '0' && line[at] <= '9';
+}
+
+/* The first line that says something begins with a word of OBJ, and one of them is a vertex, a face
+ * or a material library. */
+bool obj_recognise(const uint8_t *first, size_t size) {
+    static const char *const words[] = {"v", "vn", "vt", "f", "o", "g", "s", "l", "mtllib",
+                                        "usemtl"};
+    bool begun = false;
+    for (size_t at = 0; at < size;) {
+        const char *line = (const char *)first + at;
+        const char *end = memchr(line, '\n', size - at);
+        size_t length = end ? (size_t)(end - line) : size - at;
+        at += length + 1;
+        while (length > 0 && (*line == ' ' || *line == '\t' || *line == '\r')) line++, length--;
+        if (length == 0 || *line == '#') continue;
+        for (size_t i = 0; i < sizeof words / sizeof words[0] && !begun; i++)
+            begun = begins_with_word(line, length, words[i]);
+        if (!begun) return false;
+        if (begins_with_word(line, length, "mtllib")) return true;
+        if ((begins_with_word(line, length, "v") || begins_with_word(line, length, "f")) &&
+            number_follows(line, length, 1))
+            return true;
+    }
+    return false;
+}

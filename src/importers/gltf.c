@@ -233,11 +233,30 @@ static void clean_up(gltf *g) {
     names_deinit(&g->names);
 }
 
+static bool is_named_glb(const char *path) {
+    char extension[16];
+    import_extension(path, extension, sizeof extension);
+    return strcmp(extension, ".glb") == 0;
+}
+
+/* Does an object begin here, after white space and a byte order mark? */
+static bool is_json(const uint8_t *text, size_t size) {
+    size_t i = size >= 3 && text[0] == 0xef ? 3 : 0;
+    while (i < size && (text[i] == ' ' || text[i] == '\n' || text[i] == '\r' || text[i] == '\t'))
+        i++;
+    return i < size && text[i] == '{';
+}
+
 static snell_status run(gltf *g) {
     size_t size;
     snell_status status = import_read_file(g->path, NULL, g->options, &g->file, &size);
     byte_block json = {.data = g->file, .size = size};
     g->is_glb = !status && size >= 4 && read_u32(g->file) == glb_magic;
+    if (!status && !g->is_glb && is_named_glb(g->path) && !is_json(g->file, size)) {
+        return error_set_at(SNELL_ERR_SYNTAX, (source_place){g->path, 0, 0},
+                            "if it is another kind of file, --input-format names it",
+                            "this is no GLB file: it does not begin with 'glTF'");
+    }
     if (g->is_glb) status = glb_split(g, g->file, size, &json);
     if (!status) status = parse_json(g, json.data, json.size);
     if (!status) status = gltf_check_schema(g);
@@ -267,12 +286,8 @@ static bool gltf_recognise(const char *extension, const uint8_t *first, size_t s
     if (size >= 4 && read_u32(first) == glb_magic) return true;
     if (*extension == '.') extension++;
     if (strcmp(extension, "gltf") == 0 || strcmp(extension, "glb") == 0) return true;
-    size_t i = size >= 3 && first[0] == 0xef ? 3 : 0; /* a byte order mark */
-    while (i < size &&
-           (first[i] == ' ' || first[i] == '\n' || first[i] == '\r' || first[i] == '\t'))
-        i++;
-    if (i == size || first[i] != '{') return false;
-    for (; i + 7 < size; i++)
+    if (!is_json(first, size)) return false;
+    for (size_t i = 0; i + 7 < size; i++)
         if (memcmp(first + i, "\"asset\"", 7) == 0) return true;
     return false;
 }

@@ -38,7 +38,7 @@ static snell_status read_first(const char *path, uint8_t first[FIRST_SIZE], size
     return SNELL_OK;
 }
 
-/* By name, or one of its extensions without the dot: --format ply means whoever reads .ply. */
+/* By name, or one of its extensions without the dot: the format ply means whoever reads .ply. */
 static bool answers_to(const importer *reader, const char *format) {
     if (strcmp(reader->name, format) == 0) return true;
     size_t length = strlen(format);
@@ -59,11 +59,34 @@ static snell_status unknown_format(const char *format) {
     return error_set(SNELL_ERR_UNSUPPORTED, hint, "unknown file format '%s'", format);
 }
 
+/* PNG, JPEG, OpenEXR, PFM and PPM by their first bytes. */
+static bool is_picture(const uint8_t *first, size_t size) {
+    static const char *const marks[] = {"\x89PNG\r\n", "\xff\xd8\xff", "v/1\x01", "PF\n",
+                                        "Pf\n",        "P6\n",        "P3\n"};
+    for (size_t i = 0; i < sizeof marks / sizeof marks[0]; i++) {
+        size_t length = strlen(marks[i]);
+        if (size >= length && memcmp(first, marks[i], length) == 0) return true;
+    }
+    return false;
+}
+
+static snell_status unknown_content(const char *path, const uint8_t *first, size_t size) {
+    source_place place = {path, 0, 0};
+    if (is_picture(first, size))
+        return error_set_at(SNELL_ERR_UNSUPPORTED, place, "'snell info FILE' says how it was made",
+                            "this is a picture, not a model or a scene");
+    return error_set_at(SNELL_ERR_UNSUPPORTED, place,
+                        "name its format with --input-format, if snell reads it",
+                        "no reader knows this kind of file");
+}
+
 snell_status import_file(const char *path, const char *format, const import_options *options,
                          description *d) {
+    import_options chosen = *options;
+    chosen.format = format;
     if (format) {
         for (size_t i = 0; importers[i]; i++)
-            if (answers_to(importers[i], format)) return importers[i]->read(path, options, d);
+            if (answers_to(importers[i], format)) return importers[i]->read(path, &chosen, d);
         return unknown_format(format);
     }
     uint8_t first[FIRST_SIZE];
@@ -74,8 +97,6 @@ snell_status import_file(const char *path, const char *format, const import_opti
     import_extension(path, extension, sizeof extension);
     for (size_t i = 0; importers[i]; i++)
         if (importers[i]->recognise(extension, first, size))
-            return importers[i]->read(path, options, d);
-    return error_set_at(SNELL_ERR_UNSUPPORTED, (source_place){path, 0, 0},
-                        "name its format with --format, if snell reads it",
-                        "no reader knows this kind of file");
+            return importers[i]->read(path, &chosen, d);
+    return unknown_content(path, first, size);
 }

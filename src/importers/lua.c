@@ -2,6 +2,7 @@
  * docs/scene.md; how it is kept deterministic, in lua_sandbox.c. */
 #include "importers/lua_scene.h"
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -356,9 +357,66 @@ static snell_status read_scene(const char *path, const import_options *options, 
     return SNELL_OK;
 }
 
+/* ---- recognising ---- */
+
+static bool is_word(uint8_t c) { return isalnum(c) || c == '_'; }
+
+static size_t skip_blanks(const uint8_t *text, size_t size, size_t at) {
+    while (at < size && (text[at] == ' ' || text[at] == '\t')) at++;
+    return at;
+}
+
+/* The end of the word at `at`, which goes to `word`. */
+static size_t take_word(const uint8_t *text, size_t size, size_t at, char word[32]) {
+    size_t length = 0;
+    for (; at < size && is_word(text[at]); at++)
+        if (length < 31) word[length++] = (char)text[at];
+    word[length] = '\0';
+    return at;
+}
+
+static bool is_vocabulary(const char *word) {
+    static const char *const more = "camera|light|material|texture|group|instance|model|include|"
+                                    "triangle|transform|param";
+    return choice_find(more, word) >= 0 || type_find(CATEGORY_SHAPE, word) != NULL ||
+           type_find(CATEGORY_SETTING, word) != NULL;
+}
+
+/* "-- comment", or a call from the vocabulary: "sphere {", "light.point {", "param(", "include \"",
+ * each perhaps after "local name =". */
+static bool is_scene_line(const uint8_t *line, size_t size) {
+    char word[32];
+    size_t at = skip_blanks(line, size, 0);
+    if (size - at >= 2 && line[at] == '-' && line[at + 1] == '-') return true;
+    at = take_word(line, size, at, word);
+    if (strcmp(word, "local") == 0) at = take_word(line, size, skip_blanks(line, size, at), word);
+    size_t next = skip_blanks(line, size, at);
+    if (next < size && line[next] == '=')
+        at = take_word(line, size, skip_blanks(line, size, next + 1), word);
+    if (!is_vocabulary(word)) return false;
+    if (at < size && line[at] == '.') at = take_word(line, size, at + 1, word);
+    at = skip_blanks(line, size, at);
+    return at < size && (line[at] == '{' || line[at] == '(' || line[at] == '"');
+}
+
+/* Text, one of whose first lines a scene program could have. */
+static bool looks_like_scene(const uint8_t *first, size_t size) {
+    bool found = false;
+    for (size_t at = 0; at < size; at++) {
+        uint8_t c = first[at];
+        if ((c < 32 && c != '\n' && c != '\r' && c != '\t' && c != '\f') || c == 127) return false;
+    }
+    for (size_t at = 0; at < size && !found;) {
+        const uint8_t *end = memchr(first + at, '\n', size - at);
+        size_t length = end ? (size_t)(end - first) - at : size - at;
+        found = is_scene_line(first + at, length);
+        at += length + 1;
+    }
+    return found;
+}
+
 static bool recognise(const char *extension, const uint8_t *first, size_t size) {
-    (void)first, (void)size;
-    return strcmp(extension, ".lua") == 0;
+    return strcmp(extension, ".lua") == 0 || looks_like_scene(first, size);
 }
 
 const importer importer_lua = {
