@@ -2,6 +2,8 @@
 #ifndef SNELL_CLI_COMMANDS_H
 #define SNELL_CLI_COMMANDS_H
 
+#include <snell/snell.h>
+
 #include "options.h"
 
 int render_command(const options *o);
@@ -21,8 +23,15 @@ const char *example_name(size_t index);
 typedef struct help_topic {
     const char *name, *category; /* category of types to list, or NULL */
     const char *title, *text;
+    bool word; /* one of the scene language: found by name, not listed in the overview */
 } help_topic;
 extern const help_topic help_topics[];
 extern const size_t help_topic_count;
+/* By name; the singular of a plural and the plural of a singular do too. NULL: there is none. */
+const help_topic *help_find_topic(const char *word);
+/* What a scene writes otherwise than the type's table says; NULL: nothing. */
+const char *help_note(const snell_type_info *type);
+/* Fields that every type of the category takes besides its own; NULL: none. */
+const char *help_common_fields(const char *category);
 
 #endif

@@ -80,6 +80,9 @@ int help_of(const command_info *command) {
     }
     puts("\nExamples");
     print_indented(command->examples);
+    if (command->bit == CMD_RENDER) {
+        puts("\nThe fields of render{} in a scene: 'snell help settings'");
+    }
     return EXIT_DONE;
 }
 
@@ -100,6 +103,7 @@ int help_main(void) {
     char topics[512] = "topics: ";
     for (size_t i = 0; i < help_topic_count; i++) {
         size_t used = strlen(topics);
+        if (help_topics[i].word) continue;
         snprintf(topics + used, sizeof topics - used, "%s, ", help_topics[i].name);
     }
     size_t used = strlen(topics);
@@ -209,6 +213,7 @@ static void print_field(const snell_field_info *f) {
         }
     }
     if (f->default_value[0] != '\0') snprintf(initial, sizeof initial, "[%s]", f->default_value);
+    if (f->required) snprintf(initial, sizeof initial, "required");
     size_t column = strlen(facts), length = strlen(initial);
     fputs(facts, stdout);
     if (length > 0) {
@@ -222,12 +227,21 @@ static void print_field(const snell_field_info *f) {
 }
 
 static void print_type(uint32_t type, const snell_type_info *info) {
+    const char *note = help_note(info), *common = help_common_fields(info->category);
     printf("%s (%s) - %s\n\n", info->name, info->category, info->help);
+    if (note != NULL) {
+        print_paragraph(note);
+        putchar('\n');
+    }
     snell_field_info field;
     for (uint32_t i = 0; i < info->field_count; i++) {
         if (snell_type_get_field(type, i, &field) == SNELL_OK) print_field(&field);
     }
-    if (info->field_count == 0) puts("  it has no fields");
+    if (info->field_count == 0) puts("  it has no fields of its own");
+    if (common != NULL) {
+        printf("\nand, as every %s: %s ('snell help %ss')\n", info->category, common,
+               info->category);
+    }
 }
 
 static bool print_types_named(const char *name) {
@@ -240,6 +254,18 @@ static bool print_types_named(const char *name) {
         found = true;
     }
     return found;
+}
+
+/* All of them with their fields. */
+static void print_types_of(const char *category) {
+    bool first = true;
+    snell_type_info info;
+    for (uint32_t i = 0; i < snell_type_count(); i++) {
+        if (snell_type_get(i, &info) != SNELL_OK || strcmp(info.category, category) != 0) continue;
+        if (!first) putchar('\n');
+        first = false;
+        print_type(i, &info);
+    }
 }
 
 static void print_category(const char *category) {
@@ -258,6 +284,8 @@ static void print_formats(void) {
     for (uint32_t i = 0; (name = snell_formats(i, &description)) != NULL; i++) {
         printf("  %-10s  %s\n", name, description == NULL ? "" : description);
     }
+    puts("\nand others that libassimp reads, by their extension. Without a known extension\n"
+         "the content decides; --input-format names the format of a wrong one.");
     puts("\nPictures are written as .png (8 bit sRGB), .exr (linear float), .pfm (linear\n"
          "float) and .ppm (8 bit sRGB).");
 }
@@ -266,7 +294,10 @@ static void print_topic(const help_topic *topic) {
     printf("%s - %s\n\n", topic->name, topic->title);
     if (topic->text != NULL) puts(topic->text);
     if (topic->text != NULL && topic->category != NULL) putchar('\n');
-    if (topic->category != NULL) print_category(topic->category);
+    if (topic->category != NULL && strcmp(topic->category, "setting") == 0)
+        print_types_of(topic->category);
+    else if (topic->category != NULL)
+        print_category(topic->category);
     if (strcmp(topic->name, "formats") == 0) print_formats();
 }
 
@@ -288,12 +319,11 @@ static int unknown_topic(const char *word) {
 static int explain(const char *word) {
     const command_info *command = command_find(word);
     if (command != NULL) return help_of(command);
-    for (size_t i = 0; i < help_topic_count; i++) {
-        if (strcmp(help_topics[i].name, word) != 0) continue;
-        print_topic(&help_topics[i]);
-        return EXIT_DONE;
-    }
-    return print_types_named(word) ? EXIT_DONE : unknown_topic(word);
+    if (print_types_named(word)) return EXIT_DONE;
+    const help_topic *topic = help_find_topic(word);
+    if (topic == NULL) return unknown_topic(word);
+    print_topic(topic);
+    return EXIT_DONE;
 }
 
 /* One line an option: command, name, letter, metavar, whether an alias; for scripts and tests. */

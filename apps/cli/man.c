@@ -92,18 +92,11 @@ static void put_options(const command_info *command) {
     }
 }
 
-static const help_topic *topic(const char *name) {
-    for (size_t i = 0; i < help_topic_count; i++) {
-        if (strcmp(help_topics[i].name, name) == 0) return &help_topics[i];
-    }
-    return NULL;
-}
-
 static void put_tail(void) {
     puts(".SH ENVIRONMENT");
-    put_literal(topic("environment")->text);
+    put_literal(help_find_topic("environment")->text);
     puts(".SH EXIT STATUS");
-    put_literal(topic("exit")->text);
+    put_literal(help_find_topic("exit")->text);
 }
 
 static void put_see_also(void) {
@@ -163,6 +156,11 @@ static void put_type(uint32_t index, const snell_type_info *info) {
     put_text(info->name);
     puts("\"");
     put_line(info->help);
+    const char *note = help_note(info);
+    if (note != NULL) {
+        puts(".br");
+        put_line(note);
+    }
     for (uint32_t i = 0; i < info->field_count; i++) {
         snell_field_info field;
         if (snell_type_get_field(index, i, &field) != SNELL_OK) continue;
@@ -177,6 +175,7 @@ static void put_type(uint32_t index, const snell_type_info *info) {
         }
         puts(")");
         put_line(field.help);
+        if (field.required) puts("(required)");
         if (field.default_value[0] != '\0') {
             fputs("[", stdout);
             put_text(field.default_value);
@@ -185,22 +184,22 @@ static void put_type(uint32_t index, const snell_type_info *info) {
     }
 }
 
-/* snell-scene(5): the language, then every type by category. */
+/* snell-scene(5): the language, every type by category, and its other words. */
 static void man_scene(void) {
     put_header("snell-scene", "5", "the scene language of snell");
     puts(".SH DESCRIPTION");
-    put_literal(topic("scene")->text);
+    put_literal(help_find_topic("scene")->text);
     for (size_t t = 0; t < help_topic_count; t++) {
-        if (help_topics[t].category == NULL) continue;
+        const help_topic *topic = &help_topics[t];
+        if (topic->category == NULL && !topic->word && strcmp(topic->name, "units") != 0) continue;
         fputs(".SH ", stdout);
-        const char *name =
-            strcmp(help_topics[t].name, "scene") == 0 ? "settings" : help_topics[t].name;
-        for (const char *c = name; *c != '\0'; c++) putchar(toupper((unsigned char)*c));
+        for (const char *c = topic->name; *c != '\0'; c++) putchar(toupper((unsigned char)*c));
         putchar('\n');
-        for (uint32_t i = 0; i < snell_type_count(); i++) {
+        put_literal(topic->text);
+        for (uint32_t i = 0; topic->category != NULL && i < snell_type_count(); i++) {
             snell_type_info info;
             if (snell_type_get(i, &info) != SNELL_OK) continue;
-            if (strcmp(info.category, help_topics[t].category) == 0) put_type(i, &info);
+            if (strcmp(info.category, topic->category) == 0) put_type(i, &info);
         }
     }
     put_see_also();

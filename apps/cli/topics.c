@@ -1,10 +1,12 @@
 /* What `snell help` explains in words; tables of types are added where a category is named. */
+#include <string.h>
+
 #include "commands.h"
 
 static const char scene_text[] =
-    "A scene is a Lua 5.4 program in a sandbox: no files but its own folder's, no clock,\n"
-    "no chance. The same program gives the same scene on every machine. Each call adds\n"
-    "something; a shape is drawn where it is made.\n"
+    "A scene is a Lua 5.4 program in a sandbox: no files but its own folder's, no\n"
+    "clock, no chance. The same program gives the same scene on every machine. Each\n"
+    "call adds something to it.\n"
     "\n"
     "  camera { from = {0, 2, 8}, at = {0, 1, 0}, fov = 40 }\n"
     "  background { color = {0.2, 0.3, 0.5} }\n"
@@ -13,17 +15,208 @@ static const char scene_text[] =
     "  sphere { center = {0, 1, 0}, radius = 1, material = red }\n"
     "  plane { point = {0, 0, 0}, normal = {0, 1, 0} }\n"
     "\n"
-    "Metres, seconds, degrees; +Y is up; a camera looks along its -Z. A colour is {r,g,b}\n"
-    "or one number, linear, or \"#rrggbb\", sRGB. An unknown name, a wrong type and a value\n"
-    "out of range are errors with file and line.\n"
-    "\n"
+    "Settings: each at most once; the command line beats them\n"
     "  render { width = 800, height = 600, samples = 16, max_depth = 10 }\n"
-    "                                   settings; the command line beats them\n"
-    "  param(\"depth\", 4, \"what for\")   a value that -D depth=5 sets; 'snell info' lists them\n"
-    "  model { file = \"shoe.glb\" }      another file's content\n"
-    "  transform.translate{x,y,z}, .rotate{axis=, angle=}, .scale(s); a * b applies b first\n"
+    "  background { color = 0.5 }     what a ray that meets nothing sees\n"
+    "  ambient { color = 0.05 }       light that is everywhere\n"
     "\n"
-    "'snell example hello' prints a whole one. Settings, for 'snell help NAME':";
+    "Cameras: the first one is used, --camera takes another\n"
+    "  camera { name = \"front\", from = {0, 2, 8}, at = {0, 1, 0}, fov = 40 }\n"
+    "  camera { view = {30, 12}, of = shoe }     frames a shape, a group or a model\n"
+    "\n"
+    "What is seen\n"
+    "  sphere { .. }, plane, box, disk, quad     'snell help shapes' lists all\n"
+    "  triangle { {..}, {..}, {..} }             by its corners\n"
+    "  mesh { file = \"bunny.ply\" }               or positions = {..}, indices = {..}\n"
+    "  model { file = \"shoe.glb\" }               what another file draws\n"
+    "  include \"table.lua\"                       all of it: cameras and lights too\n"
+    "  group { a, b, .. }                        several shapes as one\n"
+    "  instance { a, transform = t }             a at another place\n"
+    "\n"
+    "Each of these but include takes material, transform and name. A shape is drawn\n"
+    "once, where it is made, unless a group or an instance takes it: then each of\n"
+    "these draws it, and it is not drawn by itself. All but a plane have .bounds\n"
+    "with min, max, center and size.\n"
+    "\n"
+    "How it looks\n"
+    "  material.lambert { .. }                   'snell help materials'\n"
+    "  light.point { .. }                        'snell help lights'\n"
+    "  texture.image { file = \"wood.png\" }       PNG or JPEG in the scene's folder\n"
+    "  texture.checker { a, b, size = 1 }        two colours\n"
+    "\n"
+    "A texture may stand wherever a colour or a number varies over a surface.\n"
+    "\n"
+    "Where it is; a * b applies b first\n"
+    "  transform.translate {x, y, z}\n"
+    "  transform.rotate { axis = {0, 1, 0}, angle = 30 }\n"
+    "  transform.scale(2)\n"
+    "  transform.look_at { from = {..}, at = {..} }\n"
+    "\n"
+    "To and from the command line\n"
+    "  param(\"depth\", 4, \"what for\")      a value that -D depth=5 sets\n"
+    "  param.file(\"model\", \"shoe.glb\")    a file's name; 'snell info' lists them all\n"
+    "  print(\"depth is\", depth)           a line on standard error\n"
+    "\n"
+    "Metres and degrees; +Y is up; a camera looks along its -Z. A colour is {r,g,b}\n"
+    "or one number, linear, or \"#rrggbb\", sRGB. An unknown name, a wrong type and a\n"
+    "value out of range are errors with file and line. 'snell help NAME' explains\n"
+    "each of these words; 'snell example hello' prints a whole scene.";
+
+static const char settings_text[] =
+    "A scene gives each at most once. The command line beats them, they beat an\n"
+    "imported file, which beats the default.";
+
+static const char materials_text[] =
+    "  local red = material.lambert { color = {0.8, 0.2, 0.1}, name = \"red\" }\n"
+    "  sphere { radius = 1, material = red }\n"
+    "\n"
+    "A texture may stand for a colour or a number that varies over the surface. What\n"
+    "has no material is matt grey. Every material takes name.";
+
+static const char lights_text[] =
+    "  light.point { position = {-3, 5, 4}, intensity = 100 }    watts per steradian\n"
+    "\n"
+    "Every light takes name. A scene without light, emission, ambient light and\n"
+    "background is lit by the studio; a material's emission makes its surface shine\n"
+    "but lights nothing else.";
+
+static const char shapes_text[] =
+    "  sphere { center = {0, 1, 0}, radius = 1, material = red, name = \"ball\" }\n"
+    "\n"
+    "Every shape takes\n"
+    "  material      what material.NAME { .. } gave; none: matt grey\n"
+    "  transform     what transform.NAME gave; none: as it is described\n"
+    "  name          a text, for 'snell info' and messages\n"
+    "\n"
+    "There are also triangle, model, include, group and instance: 'snell help\n"
+    "group'. A shape is drawn once, where it is made, unless a group or an instance\n"
+    "takes it. All but a plane have .bounds with min, max, center and size:\n"
+    "s.bounds.max[2] is the top of s.";
+
+static const char cameras_text[] =
+    "  camera { from = {0, 2, 8}, at = {0, 1, 0}, fov = 40 }\n"
+    "  camera { view = {30, 12}, of = shoe, name = \"side\" }\n"
+    "\n"
+    "Besides the fields of its kind a camera takes\n"
+    "  kind          word: one of those below                          [perspective]\n"
+    "  name          a text: --camera NAME chooses by it\n"
+    "  view, of      instead of from and at: {azimuth, elevation} in degrees, where\n"
+    "                {0, 0} is the front, of a shape, group or model that then fills\n"
+    "                the picture\n"
+    "\n"
+    "The first camera is the default one. A scene without any is framed as a model\n"
+    "is.";
+
+static const char textures_text[] =
+    "  texture.image { file = \"wood.png\", encoding = \"srgb\" }     PNG or JPEG\n"
+    "  texture.checker { {0.9, 0.9, 0.9}, {0.1, 0.1, 0.1}, size = 0.5 }\n"
+    "\n"
+    "  local tiles = texture.checker { 0.9, 0.1 }\n"
+    "  plane { material = material.lambert { color = tiles } }\n"
+    "\n"
+    "A texture may stand wherever a colour or a number varies over a surface. Every\n"
+    "texture takes name.";
+
+static const char group_text[] =
+    "  local wheel = group { disk { .. }, sphere { .. }, name = \"wheel\" }\n"
+    "  for i = 0, 3 do\n"
+    "    instance { wheel, transform = transform.translate {i, 0, 0} }\n"
+    "  end\n"
+    "\n"
+    "group { a, b, .. } makes one of several shapes. It takes\n"
+    "  material      for those of its parts that have none\n"
+    "  transform     moves all of them\n"
+    "  name          stands before their names: wheel/rim\n"
+    "\n"
+    "A shape that a group or an instance takes is no longer drawn by itself. The\n"
+    "group is drawn once, where it is made, unless an instance or another group\n"
+    "takes it: the four wheels above are drawn, the first one is not.";
+
+static const char instance_text[] =
+    "  local chair = model { file = \"chair.glb\" }\n"
+    "  instance { chair }\n"
+    "  instance { chair, transform = transform.translate {2, 0, 0}, material = red }\n"
+    "\n"
+    "instance { a } draws the shape, group or model a: as often as you like, in the\n"
+    "memory of one. It takes\n"
+    "  material      in place of those of its parts\n"
+    "  transform     where it is, after a's own\n"
+    "  name          stands before their names\n"
+    "\n"
+    "Once an instance has taken a, a is not drawn by itself; the first line above\n"
+    "draws nothing, the next two a chair each.";
+
+static const char model_text[] =
+    "  local shoe = model { file = \"shoe.glb\", material = red }\n"
+    "  camera { view = {30, 12}, of = shoe }\n"
+    "\n"
+    "model draws what is in another file: any format of 'snell help formats', scenes\n"
+    "too.\n"
+    "  file          its path from the scene's folder, or --allow       required\n"
+    "  material      in place of its own\n"
+    "  transform     where it is\n"
+    "  name          stands before the names of its parts\n"
+    "  camera        boolean: also take its cameras                          [false]\n"
+    "  lights        boolean: also take its lights                           [false]\n"
+    "\n"
+    "It is a group: an instance may take it, and it has .bounds. mesh { file = }\n"
+    "does the same without cameras and lights.";
+
+static const char include_text[] =
+    "  include \"table.lua\"\n"
+    "\n"
+    "Everything that is in the file, as if it stood here: shapes, cameras, lights\n"
+    "and settings. Its local names stay its own. It gives a group, as model does.";
+
+static const char param_text[] =
+    "  local depth = param(\"depth\", 4, \"levels of spheres\")\n"
+    "  local file = param.file(\"model\", \"shoe.glb\", \"what to photograph\")\n"
+    "  local shoe = model { file = file }\n"
+    "\n"
+    "  snell scene.lua -D depth=5 -D model=boot.glb\n"
+    "\n"
+    "param(NAME, DEFAULT, HELP) gives the value of -D NAME=VALUE, else the default.\n"
+    "The default is a number, a text, true or false, and the value must be of its\n"
+    "kind. 'snell info scene.lua' lists all; a -D that the scene does not ask for is\n"
+    "an error.";
+
+static const char transform_text[] =
+    "  transform.translate {x, y, z}       by so many metres\n"
+    "  transform.rotate { axis = {0, 1, 0}, angle = 30, about = {0, 0, 0} }\n"
+    "                                  degrees, counter-clockwise as seen from the\n"
+    "                                  tip of the axis; about may be left out\n"
+    "  transform.scale(2)                  or {x, y, z}, one factor for each axis\n"
+    "  transform.look_at { from = {..}, at = {..}, up = {0, 1, 0} }\n"
+    "                                  the origin goes to from, -Z points to at; up\n"
+    "                                  may be left out\n"
+    "\n"
+    "  local grow, lift = transform.scale(2), transform.translate {0, 1, 0}\n"
+    "  sphere { radius = 1, transform = lift * grow }\n"
+    "\n"
+    "a * b applies b first: the sphere grows, then it moves.";
+
+static const char triangle_text[] =
+    "  triangle { {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, material = red }\n"
+    "\n"
+    "Three corners in metres. It takes material, transform and name; many of them\n"
+    "are better one mesh { positions = .., indices = .. }.";
+
+static const char print_text[] =
+    "  print(\"depth is\", depth)\n"
+    "\n"
+    "A line on standard error, with file and line, unless --quiet.";
+
+static const char units_text[] =
+    "  lengths       metres; a file whose format has no unit: 1 = 1 m\n"
+    "  angles        degrees\n"
+    "  intensity     of a point: watts per steradian, for each of red, green, blue\n"
+    "  irradiance    of a direction: W/m^2 on what faces it\n"
+    "  emission      radiance, W/(m^2 sr)\n"
+    "  absorption    in glass: per metre, exp(-a d)\n"
+    "  exposure      stops: twice as bright with each\n"
+    "  colours       {r, g, b} or one number: linear, primaries of Rec. 709;\n"
+    "                \"#rrggbb\" and 8-bit pictures: sRGB\n"
+    "  axes          +Y is up; right-handed; a camera looks along its -Z";
 
 static const char integrators_text[] =
     "  appel     Appel 1968: what the camera sees, lit by lights that nothing hides;\n"
@@ -68,16 +261,74 @@ static const char environment_text[] =
     "configuration file.";
 
 const help_topic help_topics[] = {
-    {"formats", NULL, "the files that are read and written", NULL},
-    {"scene", "setting", "the scene language", scene_text},
-    {"materials", "material", "how surfaces scatter light", NULL},
-    {"lights", "light", "where light comes from", NULL},
-    {"shapes", "shape", "what there is to see", NULL},
-    {"cameras", "camera", "how rays start", NULL},
-    {"textures", "texture", "what varies over a surface", NULL},
-    {"integrators", NULL, "how light is followed", integrators_text},
-    {"tonemaps", NULL, "from radiance to a screen's colours", tonemaps_text},
-    {"exit", NULL, "what the exit code says", exit_text},
-    {"environment", NULL, "variables that snell reads", environment_text},
+    {"formats", NULL, "the files that are read and written", NULL, false},
+    {"scene", NULL, "the scene language", scene_text, false},
+    {"settings", "setting", "render{}, background{} and ambient{} of a scene", settings_text,
+     false},
+    {"materials", "material", "how surfaces scatter light", materials_text, false},
+    {"lights", "light", "where light comes from", lights_text, false},
+    {"shapes", "shape", "what there is to see", shapes_text, false},
+    {"cameras", "camera", "how rays start", cameras_text, false},
+    {"textures", "texture", "what varies over a surface", textures_text, false},
+    {"integrators", NULL, "how light is followed", integrators_text, false},
+    {"tonemaps", NULL, "from radiance to a screen's colours", tonemaps_text, false},
+    {"units", NULL, "what the numbers of a scene mean", units_text, false},
+    {"exit", NULL, "what the exit code says", exit_text, false},
+    {"environment", NULL, "variables that snell reads", environment_text, false},
+    {"group", NULL, "several shapes as one", group_text, true},
+    {"instance", NULL, "a shape, group or model at another place", instance_text, true},
+    {"model", NULL, "what another file draws", model_text, true},
+    {"include", NULL, "all of another file", include_text, true},
+    {"triangle", NULL, "a triangle by its corners", triangle_text, true},
+    {"transform", NULL, "where a shape is", transform_text, true},
+    {"param", NULL, "values from the command line", param_text, true},
+    {"print", NULL, "a line for the person at the screen", print_text, true},
 };
 const size_t help_topic_count = sizeof help_topics / sizeof help_topics[0];
+
+/* How the language writes types that it does not write as their table says. */
+static const struct {
+    const char *category, *name, *text;
+} notes[] = {
+    {"texture", "image",
+     "In a scene: texture.image { file = \"wood.png\" }, PNG or JPEG. The file takes the place of "
+     "width, height, format and pixels, which are for programs that use the library."},
+    {"texture", "checker",
+     "In a scene the two colours may come first: texture.checker { 0.9, 0.1, size = 0.5 }."},
+    {"shape", "mesh",
+     "In a scene also mesh { file = \"bunny.ply\" }: the surfaces of another file, with none of "
+     "the fields below."},
+    {"camera", "perspective",
+     "In a scene: camera { from = {0, 2, 8} }, or camera { view = {30, 12}, of = shape }: 'snell "
+     "help camera'."},
+};
+
+const char *help_note(const snell_type_info *type) {
+    for (size_t i = 0; i < sizeof notes / sizeof notes[0]; i++) {
+        bool same = strcmp(notes[i].name, type->name) == 0;
+        if (same && strcmp(notes[i].category, type->category) == 0) return notes[i].text;
+    }
+    return NULL;
+}
+
+const char *help_common_fields(const char *category) {
+    if (strcmp(category, "shape") == 0) return "material, transform, name";
+    if (strcmp(category, "camera") == 0) return "kind, name, view, of";
+    return strcmp(category, "setting") == 0 ? NULL : "name";
+}
+
+const help_topic *help_find_topic(const char *word) {
+    size_t length = strlen(word);
+    for (int plural = 0; plural < 2; plural++) {
+        for (size_t i = 0; i < help_topic_count; i++) {
+            const char *name = help_topics[i].name;
+            size_t span = strlen(name) - (plural && name[strlen(name) - 1] == 's');
+            if (span == length && strncmp(name, word, length) == 0) return &help_topics[i];
+            if (plural && length == span + 1 && strncmp(name, word, span) == 0 &&
+                word[span] == 's') {
+                return &help_topics[i];
+            }
+        }
+    }
+    return NULL;
+}
