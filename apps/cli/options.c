@@ -90,7 +90,8 @@ const option_info option_table[] = {
     {OPT_MEMORY, "memory", 0, "SIZE", NULL, "stop with exit 6 before using more, such as 8G",
      MACHINE, CMD_RENDER | CMD_INFO, 0, NULL, false},
     {OPT_ISA, "isa", 0, "NAME", "auto",
-     "scalar, avx2, avx512: at most that; auto: what the CPU has; the picture is the same", MACHINE, CMD_RENDER | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
+     "scalar, avx2, avx512: at most that; auto: what the CPU has; the picture is the same", MACHINE,
+     CMD_RENDER | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
     {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
      CMD_RENDER, 0, "auto|line|plain|json|none", false},
 

@@ -171,11 +171,11 @@ bool text_color(const char *text, snell_vec3 *out) {
     static const struct {
         const char *name, *digits;
     } names[] = {
-        {"white", "fff"},      {"silver", "c0c0c0"},  {"grey", "808080"},   {"gray", "808080"},
-        {"black", "000"},      {"red", "f00"},        {"maroon", "800000"}, {"yellow", "ff0"},
-        {"olive", "808000"},   {"lime", "0f0"},       {"green", "008000"},  {"cyan", "0ff"},
-        {"teal", "008080"},    {"blue", "00f"},       {"navy", "000080"},   {"magenta", "f0f"},
-        {"purple", "800080"},  {"orange", "ffa500"},  {"pink", "ffc0cb"},
+        {"white", "fff"},     {"silver", "c0c0c0"}, {"grey", "808080"},   {"gray", "808080"},
+        {"black", "000"},     {"red", "f00"},       {"maroon", "800000"}, {"yellow", "ff0"},
+        {"olive", "808000"},  {"lime", "0f0"},      {"green", "008000"},  {"cyan", "0ff"},
+        {"teal", "008080"},   {"blue", "00f"},      {"navy", "000080"},   {"magenta", "f0f"},
+        {"purple", "800080"}, {"orange", "ffa500"}, {"pink", "ffc0cb"},
     };
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++) {
         if (strcmp(text, names[i].name) == 0) return hex_color(names[i].digits, out);

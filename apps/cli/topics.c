@@ -201,10 +201,9 @@ static const char triangle_text[] =
     "Three corners in metres. It takes material, transform and name; many of them\n"
     "are better one mesh { positions = .., indices = .. }.";
 
-static const char print_text[] =
-    "  print(\"depth is\", depth)\n"
-    "\n"
-    "A line on standard error, with file and line, unless --quiet.";
+static const char print_text[] = "  print(\"depth is\", depth)\n"
+                                 "\n"
+                                 "A line on standard error, with file and line, unless --quiet.";
 
 static const char units_text[] =
     "  lengths       metres; a file whose format has no unit: 1 = 1 m\n"

@@ -113,8 +113,9 @@ static int bad_color(const char *option, const char *text, const char *names) {
     if (text_choice_closest(names, text, near, sizeof near))
         snprintf(hint, sizeof hint, "did you mean '%s'?", near);
     else
-        snprintf(hint, sizeof hint, "'#rrggbb' or '#rgb' (sRGB), linear 'r,g,b', or a name such as "
-                                    "white, grey, navy");
+        snprintf(hint, sizeof hint,
+                 "'#rrggbb' or '#rgb' (sRGB), linear 'r,g,b', or a name such as "
+                 "white, grey, navy");
     return report_usage(hint, "--%s: '%s' is no colour", option, text);
 }
 

@@ -84,8 +84,8 @@ static bool number_follows(const char *line, size_t length, size_t at) {
 /* The first line that says something begins with a word of OBJ, and one of them is a vertex, a face
  * or a material library. */
 bool obj_recognise(const uint8_t *first, size_t size) {
-    static const char *const words[] = {"v", "vn", "vt", "f", "o", "g", "s", "l", "mtllib",
-                                        "usemtl"};
+    static const char *const words[] = {"v", "vn", "vt", "f",      "o",
+                                        "g", "s",  "l",  "mtllib", "usemtl"};
     bool begun = false;
     for (size_t at = 0; at < size;) {
         const char *line = (const char *)first + at;

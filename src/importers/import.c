@@ -62,7 +62,7 @@ static snell_status unknown_format(const char *format) {
 /* PNG, JPEG, OpenEXR, PFM and PPM by their first bytes. */
 static bool is_picture(const uint8_t *first, size_t size) {
     static const char *const marks[] = {"\x89PNG\r\n", "\xff\xd8\xff", "v/1\x01", "PF\n",
-                                        "Pf\n",        "P6\n",        "P3\n"};
+                                        "Pf\n",        "P6\n",         "P3\n"};
     for (size_t i = 0; i < sizeof marks / sizeof marks[0]; i++) {
         size_t length = strlen(marks[i]);
         if (size >= length && memcmp(first, marks[i], length) == 0) return true;
