@@ -4,7 +4,6 @@
 #include <snell/snell.h>
 #include <stdio.h>
 #include <stdlib.h>
-
 enum { SIDE = 1000 };
 static snell_ray rays[SIDE * SIDE];
 static snell_hit hits[SIDE * SIDE];
@@ -53,7 +52,9 @@ int main(int argc, char **argv) {
                   snell_scene_add_studio(scene, NULL, NULL) ||
                   snell_scene_commit(scene, show, NULL) || snell_scene_bounds(scene, &box) ||
                   orbit(scene, film, argc > 2 ? atoi(argv[2]) : 12) || cast(scene);
-    if (failed) fprintf(stderr, "\n%s\n%s\n", snell_last_error()->text, snell_last_error()->hint);
+    const snell_message *e = snell_last_error();
+    if (failed && e->line) fprintf(stderr, "\n%s:%u:", e->file, e->line);
+    if (failed) fprintf(stderr, "\n%s\n%s\n", e->text, e->hint);
     snell_film_destroy(film), snell_scene_destroy(scene), snell_context_destroy(context);
     return failed;
 }

@@ -105,6 +105,7 @@ static void print_objects(const snell_scene *scene, const char *title, uint32_t 
         if (get(scene, i, &info) != SNELL_OK) return;
         printf("%-11s %3" PRIu32 "  %-14s ", i == 0 ? title : "", i + 1, info.type);
         text_print_safe(stdout, info.name);
+        if (info.name[0] == '\0' && info.line == 0) fputs("unnamed", stdout);
         if (info.line > 0) printf("%sline %" PRIu32, info.name[0] != '\0' ? ", " : "", info.line);
         fputc('\n', stdout);
     }
