@@ -247,7 +247,7 @@ LUA
     run 0 param.lua "${small[@]}" -o p1.pfm
     run 0 param.lua "${small[@]}" -o p2.pfm -D size=0.5
     cmp -s p1.pfm p2.pfm && fail "-D changes nothing"
-    run 3 param.lua "${small[@]}" -D sise=2
+    run 2 param.lua "${small[@]}" -D sise=2
     says "sise"
     run 0 my.lua --light none "${small[@]}"
     printf 'sphere { radius = 1 }\n' >ball.lua
@@ -446,9 +446,145 @@ texts() {
     prints "sphere"
 }
 
+# ---- what a first user met ---------------------------------------------------------------------
+obj_text='v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n'
+contents() {
+    printf "$obj_text" >plain.obj
+    if "$snell" --version | grep -q 'missing.*assimp'; then
+        echo "without libassimp: OBJ is not tested"
+    else
+        for name in named.txt noextension; do
+            cp plain.obj $name
+            run 0 info ./$name
+            prints "$name: obj"
+        done
+        run 0 info plain.obj
+        prints "1 instance, 4 primitives"
+        "$snell" - -n 1 -s 8x8 -o obj.pfm <plain.obj >out 2>err || fail "OBJ on standard input is not recognised"
+        run 0 plain.obj -n 1 -s 8x8 -o obj2.pfm
+        cmp -s obj.pfm obj2.pfm || fail "OBJ on standard input is another picture"
+        cp plain.obj wrong.glb
+        run 3 wrong.glb
+        says "this is no GLB file"
+        says "--input-format"
+        run 0 info wrong.glb --input-format obj
+        prints "wrong.glb: obj"
+        run 2 plain.obj -D depth=1
+        says "plain.obj takes no values (-D)"
+        run 0 plain.obj -n 1 -s 8x8 -o dark.png --light none
+        says "the picture will be black"
+        run 0 plain.obj -n 1 -s 8x8 -o dark.png --light none --background 1
+        grep -q black err && fail "a bright background is called black"
+    fi
+    "$snell" render - -n 4 -s 64x48 -o s.pfm <my.lua >out 2>err || fail "a scene on standard input is not recognised"
+    run 0 my.lua "${small[@]}" -o s2.pfm
+    cmp -s s.pfm s2.pfm || fail "a scene on standard input gives another picture"
+    for line in 'local b = sphere { radius = 1 }' 'light.point{ position = {1, 2, 3} }' '  sphere{}' '-- a scene'; do
+        printf '%s\nplane {}\n' "$line" >program
+        run 0 info ./program
+        prints "program: lua"
+    done
+    for text in 'hello, world' 'struct sphere { int radius; }' 'body { color: red }' $'sphere { }\1'; do
+        printf '%s\n' "$text" >words
+        run 4 info ./words
+        says "no reader knows this kind of file"
+        says "--input-format"
+        grep -q -- "--format" err && fail "a hint names --format"
+    done
+    cp s.png picture 2>/dev/null || { run 0 my.lua "${small[@]}" -o s.png; cp s.png picture; }
+    run 4 render ./picture
+    says "this is a picture"
+    says "snell info FILE"
+    printf 'print("a", "b")\nsphere { }\n' >print.lua
+    run 0 print.lua -n 1 -s 8x8
+    says "snell: print.lua:1: a b"
+    run 0 print.lua -n 1 -s 8x8 -q
+    [ -s err ] && fail "--quiet shows what a scene prints"
+}
+
+mistakes() {
+    hint() { # hint MESSAGE HINT ARGUMENT...: exit 2 and no empty suggestion
+        run 2 "${@:3}"
+        says "$1"
+        says "$2"
+        grep -q "''" err && fail "an empty suggestion"
+    }
+    hint "no camera '7'" "it has 1" my.lua -c 7
+    hint "--up: there is no 'w'" "it is one of" my.lua --up w
+    hint "unknown option '--ver'" "did you mean '--version'?" my.lua --ver
+    hint "--ground: its value follows '='" "did you mean --ground=red?" my.lua --ground red
+    hint "--ground= has no value" "--ground alone" my.lua --ground=
+    hint "-o: '{nme}' means nothing" "{name}" my.lua -o '{nme}.png'
+    hint "--background: 'maroo' is no colour" "did you mean 'maroon'?" my.lua --background maroo
+    hint "--exposure: '51' is not a number from -50 to 50" "" my.lua --exposure 51
+    hint "-D sise" "did you mean" param.lua -D sise=1
+    run 0 my.lua -n 1 -s 8x8 --exposure -50
+    run 5 my.lua -o /proc/x.png # even root cannot make a file there
+    says "cannot write in /proc"
+    cp my.lua red
+    run 5 my.lua -n 1 -s 8x8 -o '{name}.pfm' --ground red/x # a file, not a colour
+    run 0 my.lua -n 1 -s 8x8 -o '{name}.pfm' --ground ./red
+    plain=
+    for color in red=ff0000 lime=00ff00 green=008000 navy=000080 orange=ffa500 pink=ffc0cb silver=c0c0c0; do
+        [ "$(hash_of --background ${color%=*})" = "$(hash_of --background "#${color#*=}")" ] || fail "$color"
+    done
+    ls -a . | grep -q '^\.snell-' && fail "the test of the folder left a file"
+}
+
+language() {
+    run 0 help scene
+    for word in group instance model include 'mesh { file' triangle param transform.look_at print 'material, transform and name' \
+        texture.image texture.checker 'view = {30, 12}' 'unless a group or an instance takes it'; do
+        prints "$word"
+    done
+    awk 'length > 79' out >long
+    [ -s long ] && fail "lines wider than 79 columns: $(cat long)"
+    for topic in group instance model include param transform transforms triangle texture camera light material \
+        shape unit units settings print groups ambient background; do
+        run 0 help $topic
+        [ "$(wc -l <out)" -ge 4 ] || fail "help $topic is short"
+        awk 'length > 79' out >long
+        [ -s long ] && fail "help $topic is wider than 79 columns: $(cat long)"
+    done
+    run 0 help image
+    prints 'file = "wood.png"'
+    run 0 help dielectric
+    prints "as every material: name"
+    run 0 help sphere
+    prints "as every shape: material, transform, name"
+    run 0 help glazed
+    prints "required"
+    run 0 help settings
+    for word in "render (setting)" max_depth "background (setting)" "ambient (setting)"; do prints "$word"; done
+    run 0 help render
+    tail -1 out | grep -qF "'snell help settings'" || fail "help render does not end with the settings"
+    prints "auto: what the CPU"
+    run 0 help formats
+    prints "others that libassimp reads"
+    run 0 help --man scene
+    for word in group instance model include param transform triangle print; do
+        grep -q "^\.SH ${word^^}" out || fail "the manual lacks $word"
+    done
+    grep -q 'example hello.*:$' out && fail "a sentence of the manual is cut off"
+    run 0 --version
+    grep -q ' $' out && fail "--version ends a line with a space"
+    run 0 --help
+    grep -q -- -vv out && fail "--help promises -vv"
+    # the examples of the help are programs
+    "$snell" help group | sed -n '/^  local/,/^$/p' | sed 's/{ \.\. }/{}/g; s/disk {}/disk { radius = 1 }/' >wheels.lua
+    run 0 info wheels.lua
+    prints "8 instances"
+    printf 'local red = material.lambert {}\n' >one.lua
+    "$snell" help triangle | grep '^  triangle' >>one.lua
+    "$snell" help transform | sed -n '/^  local/,/^$/p' >>one.lua
+    "$snell" help textures | grep -E '^  (local|plane)' >>one.lua
+    run 0 info one.lua
+    prints "3 instances"
+}
+
 "$snell" example hello >my.lua || fail "there is no example"
 printf '%s\n' '-- a mistake' 'sphere { radus = 1 }' >bad.lua
-for part in table usage pictures sizes crops options_act programs output_rule tag input stopping texts; do
+for part in table usage pictures sizes crops options_act programs output_rule tag input stopping texts contents mistakes language; do
     before=$failures
     $part
     [ $failures -eq $before ] && echo "ok: $part"
