@@ -36,7 +36,7 @@ static bool cast(const snell_scene *scene) { /* parallel rays along -z */
         rays[i].origin = (snell_vec3){box.min.x + x * (box.max.x - box.min.x),
                                       box.min.y + y * (box.max.y - box.min.y), box.max.z + 1};
     }
-    int count = 0, failed = snell_scene_intersect_all(scene, rays, hits, SIDE * SIDE);
+    int count = 0, failed = snell_scene_intersect_all(scene, rays, hits, SIDE * SIDE) != SNELL_OK;
     for (int i = 0; i < SIDE * SIDE; i++) count += hits[i].t < 1e30f;
     return failed || printf("\n%d of %d rays hit the model\n", count, SIDE * SIDE) < 0;
 }
