@@ -280,6 +280,7 @@ static snell_status add_glass(gltf *g, const surface *s, const json_t *material,
     double color[3] = {1, 1, 1}, distance = json_number(volume, "attenuationDistance", 0);
     json_numbers(volume, "attenuationColor", color, 3);
     params p = {.count = 0};
+    add_input(&p, "color", s->base);
     add_float(&p, "ior", s->ior);
     if (distance > 0) {
         snell_vec3 c;
