@@ -208,6 +208,7 @@ static void materials_become_the_models_of_this_version(void **state) {
     assert_string_equal(rough->type->name, "blinn_phong");
     assert_string_equal(glass->type->name, "dielectric");
     near(float_of(glass, "ior"), 1.25);
+    near3(input_of(glass, "color").value, 0.5, 0.25, 1);
     near(float_of(glass, "attenuation_distance"), 2);
     near3(*(const snell_vec3 *)field_of(glass, "attenuation_color"), 0.5, 1, 0.25);
     near3(input_of(unlit, "emission").value, 1, 1, 1);
@@ -376,6 +377,34 @@ static void errors_name_the_place(void **state) {
     unlink(scratch);
 }
 
+/* What is not shown is said, once. */
+static void losses_are_said(void **state) {
+    (void)state;
+    static const char text[] =
+        ASSET ",\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+              "{\"componentType\":5126,\"count\":1,\"type\":\"SCALAR\",\"min\":[0],\"max\":[0]},"
+              "{\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"}],"
+              "\"textures\":[{},{}],\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorTexture\":"
+              "{\"index\":0,\"texCoord\":1}},\"emissiveFactor\":[1,1,1],\"emissiveTexture\":"
+              "{\"index\":1}},{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}},"
+              "\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":1,\"texCoord\":1}}],"
+              "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"material\":0},"
+              "{\"attributes\":{\"POSITION\":0},\"material\":1}]}],\"nodes\":[{\"mesh\":0}],"
+              "\"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":"
+              "\"translation\"}}],\"samplers\":[{\"input\":1,\"output\":2}]}]}";
+    description *d;
+    snell_status status = import_path(write_scratch(".gltf", text, sizeof text - 1), &plain, &d);
+    if (status) print_error("%s\n", error_last()->text);
+    assert_int_equal(status, SNELL_OK);
+    assert_true(has_message(d, "1 animation: the model is shown at rest"));
+    size_t said = 0;
+    for (size_t i = 0; i < d->message_count; i++)
+        said += strstr(d->messages[i].text, "several sets of texture coordinates") != NULL;
+    assert_int_equal(said, 1);
+    description_destroy(d);
+    unlink(scratch);
+}
+
 /* ---- images ---- */
 
 static void decode(const char *name, decoded_image *out, snell_status expected) {
@@ -410,11 +439,38 @@ static void images_are_decoded(void **state) {
     assert_true(image.width == 8 && image.height == 8 && image.channels == 3);
     assert_true(abs(image.pixels[0] - 200) < 4 && abs(image.pixels[1] - 100) < 4);
     image_free(&image);
+    decode("textures/orange_cmyk.jpg", &image, SNELL_OK);
+    assert_true(image.width == 16 && image.height == 16 && image.channels == 3);
+    assert_true(image.pixels[0] > 250 && abs(image.pixels[1] - 128) < 4 && image.pixels[2] < 4);
+    image_free(&image);
 #else
     decode("textures/brown.jpg", &image, SNELL_ERR_UNSUPPORTED);
 #endif
     assert_int_equal(image_decode("hello", 5, IMAGE_SIZE_MAX, &image), SNELL_ERR_UNSUPPORTED);
     assert_int_equal(image_decode("", 0, IMAGE_SIZE_MAX, &image), SNELL_ERR_SYNTAX);
+}
+
+/* A good PNG of 65536 x 65536 pixels but for its data: more memory would not help. */
+static void sizes_of_images_are_limited(void **state) {
+    (void)state;
+    static const uint8_t huge[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n', 0,    0,    0,
+                                   0x0d, 'I', 'H', 'D', 'R',  0,    1,    0,    0,    0,    1,
+                                   0,    0,   8,   2,   0,    0,    0,    0xe3, 0xe6, 0xa7, 0xb4,
+                                   0,    0,   0,   8,   'I',  'D',  'A',  'T',  0x78, 0x9c, 0x03,
+                                   0,    0,   0,   0,   1,    0x48, 0x06, 0x89, 0xd2, 0,    0,
+                                   0,    0,   'I', 'E', 'N',  'D',  0xae, 0x42, 0x60, 0x82};
+    decoded_image image;
+    assert_int_equal(image_decode(huge, sizeof huge, IMAGE_SIZE_MAX, &image),
+                     SNELL_ERR_UNSUPPORTED);
+    assert_non_null(strstr(error_last()->text, "65536 x 65536 pixels is too large"));
+    uint8_t copy[sizeof huge];
+    memcpy(copy, huge, sizeof huge);
+    copy[17] = 0; /* no columns */
+    assert_int_equal(image_decode(copy, sizeof copy, IMAGE_SIZE_MAX, &image), SNELL_ERR_SYNTAX);
+    assert_non_null(strstr(error_last()->text, "0 x 65536 pixels"));
+    copy[17] = 1, copy[19] = 1;
+    assert_int_equal(image_decode(copy, sizeof copy, IMAGE_SIZE_MAX, &image), SNELL_ERR_SYNTAX);
+    assert_non_null(strstr(error_last()->text, "65537 x 65536 pixels"));
 }
 
 /* ---- OBJ, PLY, STL ---- */
@@ -666,7 +722,9 @@ int main(void) {
         cmocka_unit_test(up_turns_the_whole_scene),
         cmocka_unit_test(skins_rest_and_morphs_follow_their_weights),
         cmocka_unit_test(errors_name_the_place),
+        cmocka_unit_test(losses_are_said),
         cmocka_unit_test(images_are_decoded),
+        cmocka_unit_test(sizes_of_images_are_limited),
 #if SNELL_HAS_ASSIMP
         cmocka_unit_test(obj_and_mtl),
         cmocka_unit_test(ply_and_stl),

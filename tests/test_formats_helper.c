@@ -81,6 +81,48 @@ static void mutants_do_no_harm(void **state) {
     }
 }
 
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define SANITIZED 1
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define SANITIZED 1
+#endif
+#endif
+#ifndef SANITIZED
+#define SANITIZED 0
+#endif
+
+/* libassimp's own texts were shown: "std::bad_alloc" as a broken file, "OBJ-file is too small." */
+static void failures_of_libassimp_are_explained(void **state) {
+    (void)state;
+    enum { FACES = 100000 };
+    char path[600];
+    snprintf(path, sizeof path, "%s/snell_test_large_%d.obj",
+             access("/dev/shm", W_OK) == 0 ? "/dev/shm" : TEST_BINARY_DIR, (int)getpid());
+    write_file(path, (const uint8_t *)"f 1 2 3\n", 8);
+    assert_int_equal(import_path(path), SNELL_ERR_SYNTAX);
+    assert_string_equal(error_last()->text, "cannot read the OBJ file: it is too small to be one");
+    assert_true(error_last()->hint[0] != '\0');
+    if (SANITIZED) {
+        print_message("NOT TESTED: sanitizers need the address space\n");
+        unlink(path);
+        return;
+    }
+    FILE *f = fopen(path, "wb");
+    assert_non_null(f);
+    for (int i = 0; i < FACES; i++) fprintf(f, "v %d 0 0\nv %d 1 0\nv %d 0 1\n", i, i, i);
+    for (int i = 0; i < FACES; i++) fprintf(f, "f %d %d %d\n", 3 * i + 1, 3 * i + 2, 3 * i + 3);
+    assert_int_equal(fclose(f), 0);
+    helper_options little = options;
+    little.import.memory_max = (uint64_t)16 << 20;
+    description *d;
+    assert_int_equal(description_create(&d), SNELL_OK);
+    assert_int_equal(helper_import(path, &little, d), SNELL_ERR_MEMORY);
+    assert_non_null(strstr(error_last()->hint, "16 MiB of memory: --memory allows more"));
+    description_destroy(d);
+    unlink(path);
+}
+
 static size_t files, loaded_files;
 
 static int visit(const char *path, const struct stat *st, int flag, struct FTW *ftw) {
@@ -126,6 +168,7 @@ int main(void) {
         cmocka_unit_test(gltf_comes_through_the_helper),
 #if SNELL_HAS_ASSIMP
         cmocka_unit_test(mutants_do_no_harm),
+        cmocka_unit_test(failures_of_libassimp_are_explained),
         cmocka_unit_test(every_file_that_we_have_loads_or_says_why_not),
 #endif
     };

@@ -178,7 +178,8 @@ static void too_much_memory_is_refused(void **state) {
         return;
     }
     assert_int_equal(import_word("allocate", &usual, NULL), SNELL_ERR_MEMORY);
-    assert_string_equal(error_last()->hint, "reading may use 64 MiB of memory");
+    assert_string_equal(error_last()->hint,
+                        "reading may use 64 MiB of memory: --memory allows more");
     helper_options tiny = usual;
     tiny.import.memory_max = 1;
     assert_int_equal(import_word("allocate", &tiny, NULL), SNELL_ERR_MEMORY);

@@ -562,6 +562,22 @@ static void pcall_catches_what_is_not_final(void **state) {
 
 /* ---- other files ---- */
 
+static void what_reflects_more_than_it_gets_is_warned_of(void **state) {
+    (void)state;
+    description *d = run_good("material.lambert { color = 1 } material.mirror { color = {1,1,0} }\n"
+                              "material.lambert { color = 2 }\n"
+                              "material.lambert { color = {0, 3, 0}, emission = 9 }\n"
+                              "material.glazed { base = material.blinn_phong { specular = 5 },\n"
+                              "                  reflectance = 1.5 }");
+    assert_int_equal(d->message_count, 2);
+    assert_string_equal(d->messages[0].text,
+                        "material.lambert: 'color' is above 1: more light leaves than arrives");
+    assert_int_equal(d->messages[0].line, 2);
+    assert_int_equal(d->messages[0].severity, SNELL_WARNING);
+    assert_non_null(strstr(d->messages[1].text, "material.glazed: 'reflectance'"));
+    description_destroy(d);
+}
+
 static void included_scenes_add_everything(void **state) {
     (void)state;
     static const char part[] =
@@ -696,6 +712,7 @@ int main(void) {
         cmocka_unit_test(maths_is_our_own),
         cmocka_unit_test(random_numbers_are_fixed),
         cmocka_unit_test(pcall_catches_what_is_not_final),
+        cmocka_unit_test(what_reflects_more_than_it_gets_is_warned_of),
         cmocka_unit_test(included_scenes_add_everything),
         cmocka_unit_test(errors_in_other_files_name_them),
         cmocka_unit_test(images_are_read),

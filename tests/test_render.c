@@ -515,6 +515,18 @@ static void the_callers_rounding_changes_no_picture(void **state) {
     }
 }
 
+/* The error named a headlight, which nobody had written. */
+static void what_is_too_large_for_the_studio_says_so(void **state) {
+    (void)state;
+    static const double radii[] = {1e30, 3e38};
+    for (int i = 0; i < 2; i++) {
+        rig_clear(&bench);
+        add_sphere(&bench, v3(0, 0, 0), radii[i], (snell_material_id){0, 0});
+        assert_int_equal(snell_scene_add_studio(bench.scene, NULL, NULL), SNELL_ERR_UNSUPPORTED);
+        assert_non_null(strstr(snell_last_error()->text, "m across"));
+    }
+}
+
 /* ---- bad arguments ---- */
 
 static bool never(void *user, const snell_progress *progress) {
@@ -965,6 +977,7 @@ int main(void) {
         cmocka_unit_test_setup(bad_contexts_and_films_are_refused, fresh),
         cmocka_unit_test_setup(a_picture_without_exposure_is_refused, fresh),
         cmocka_unit_test_setup(a_cancelled_commit_says_so, fresh),
+        cmocka_unit_test_setup(what_is_too_large_for_the_studio_says_so, fresh),
         cmocka_unit_test_setup(bad_objects_are_refused, fresh),
         cmocka_unit_test_setup(nothing_shadows_itself, fresh),
     };

@@ -694,6 +694,7 @@ typedef struct snell_dielectric_desc { /* glass, water: reflects and refracts */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_input color; /* multiplies light that passes the surface, each time it does; >= 0 */
     float ior; /* index of refraction, relative to vacuum; 1 to 10 */
     snell_vec3 absorption; /* a of Beer's law, exp(-a d); 1/m; >= 0 */
     snell_vec3 attenuation_color; /* what is left of white light after attenuation_distance; 1e-06 to 1 */
@@ -710,6 +711,9 @@ static inline snell_dielectric_desc snell_dielectric_desc_init(size_t struct_siz
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.color.value.x = (float)1;
+    desc.color.value.y = (float)1;
+    desc.color.value.z = (float)1;
     desc.ior = (float)1.5;
     desc.attenuation_color.x = (float)1;
     desc.attenuation_color.y = (float)1;

@@ -18,6 +18,14 @@ bounds3 description_bounds(const description *d) {
     return all;
 }
 
+/* No float holds the rig's numbers: what is wrong is the size, not a camera or a light that nobody
+ * wrote. */
+static snell_status too_large(bounds3 b) {
+    double across = dvec3_length(dvec3_sub(dvec3_from(b.max), dvec3_from(b.min)));
+    return error_set(SNELL_ERR_UNSUPPORTED, "make it smaller, or give it a camera and lights",
+                     "the scene is %.3g m across, too large to be framed and lit", across);
+}
+
 static snell_status frame_view(snell_view *view, const snell_bounds *bounds, float azimuth,
                                float elevation, float aspect) {
     if (view == NULL || bounds == NULL || !(aspect > 0) || !isfinite(azimuth) ||
@@ -35,7 +43,9 @@ static snell_status frame_view(snell_view *view, const snell_bounds *bounds, flo
     double flat = fn_cos((double)elevation);
     dvec3 to_eye = {flat * fn_sin((double)azimuth), fn_sin((double)elevation),
                     flat * fn_cos((double)azimuth)};
-    view->from = vec3_from(dvec3_add(center, dvec3_scale(to_eye, distance)));
+    vec3 from = vec3_from(dvec3_add(center, dvec3_scale(to_eye, distance)));
+    if (!isfinite(from.x) || !isfinite(from.y) || !isfinite(from.z)) return too_large(*bounds);
+    view->from = from;
     view->at = vec3_from(center);
     /* Straight up or down: the picture's top is away from, or towards, the front. */
     if (fabs(flat) < 1e-3) view->up = (vec3){0, 0, elevation > 0 ? -1 : 1};
@@ -101,6 +111,7 @@ static snell_status studio_lights(snell_scene *s, const snell_view *view) {
     snell_status status = add_directional(s, key, 2.9f);
     dvec3 offset = dvec3_sub(dvec3_from(view->from), dvec3_from(view->at));
     double intensity = 0.8 * dvec3_dot(offset, offset);
+    if (!isfinite((float)intensity)) return too_large(description_bounds(s->description));
     const snell_param fill = {.name = "intensity", .kind = SNELL_PARAM_FLOAT, .value.f = intensity};
     if (!status) status = snell_scene_add_light(s, "headlight", &fill, 1, NULL);
     return status;

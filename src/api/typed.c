@@ -115,18 +115,19 @@ snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_dielectric_desc) == 112, "run tools/update_api");
+_Static_assert(sizeof(snell_dielectric_desc) == 128, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, ior) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, absorption) == 76, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 88, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 100, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, priority) == 104, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, ior) == 92, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, absorption) == 96, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 108, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, priority) == 124, "run tools/update_api");
 snell_status snell_scene_add_dielectric(snell_scene *s, const snell_dielectric_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "dielectric", desc, &index1);

@@ -4,6 +4,7 @@
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -136,17 +137,40 @@ static bool is(const reader *r, const char *extension) {
     return strcmp(r->extension, extension) == 0;
 }
 
-/* libassimp's message, shortened and without line ends. */
-static snell_status reading_failed(const reader *r) {
-    char text[400];
-    if (strstr(aiGetErrorString(), "mNumMeshes is 0"))
-        return error_set_at(SNELL_ERR_SYNTAX, (source_place){r->path, 0, 0}, NULL,
-                            "the file has no surfaces");
-    snprintf(text, sizeof text, "%s", aiGetErrorString());
-    for (char *c = text; *c; c++)
+/* libassimp's message, shortened, without line ends, the kind of file (which ours names) and the
+ * full stop. */
+static void foreign_text(const char *kind, char *out, size_t size) {
+    const char *from = aiGetErrorString();
+    size_t length = strlen(kind);
+    if (length > 0 && strncmp(from, kind, length) == 0) {
+        if (strncmp(from + length, ": ", 2) == 0)
+            from += length + 2;
+        else if (strcmp(from + length, "-file is too small.") == 0)
+            from = "it is too small to be one";
+    }
+    snprintf(out, size, "%s", from);
+    for (char *c = out; *c; c++)
         if ((unsigned char)*c < 32) *c = ' ';
-    return error_set_at(SNELL_ERR_SYNTAX, (source_place){r->path, 0, 0}, NULL,
-                        "cannot read the file: %s", text[0] ? text : "it is broken");
+    length = strlen(out);
+    while (length > 0 && (out[length - 1] == '.' || out[length - 1] == ' ')) out[--length] = 0;
+}
+
+static snell_status reading_failed(const reader *r) {
+    const char *error = aiGetErrorString();
+    source_place place = {r->path, 0, 0};
+    if (strstr(error, "bad_alloc") || strstr(error, "bad allocation") ||
+        strstr(error, "bad_array_new_length"))
+        return error_set_at(SNELL_ERR_MEMORY, place, "allow more memory for reading",
+                            "the file needs more memory than reading may use");
+    if (strstr(error, "mNumMeshes is 0"))
+        return error_set_at(SNELL_ERR_SYNTAX, place, NULL, "the file has no surfaces");
+    char text[400], kind[sizeof r->extension] = "";
+    for (size_t i = 0; r->extension[0] && r->extension[i + 1]; i++)
+        kind[i] = (char)toupper((unsigned char)r->extension[i + 1]), kind[i + 1] = 0;
+    foreign_text(kind, text, sizeof text);
+    return error_set_at(
+        SNELL_ERR_SYNTAX, place, "it may be damaged, or of another format than its name says",
+        "cannot read the %s file: %s", kind[0] ? kind : "model", text[0] ? text : "it is broken");
 }
 
 /* Where a format has no normals, faces that meet at less than 60 degrees are smooth. STL describes
@@ -182,6 +206,9 @@ static snell_status fill(reader *r) {
     if (!status) status = reader_read_meshes(r);
     if (!status && (scene->mNumCameras > 0 || scene->mNumLights > 0) && !is(r, ".obj"))
         status = reader_warn(r, "cameras and lights of this format are not read yet");
+    if (!status && scene->mNumAnimations > 0)
+        status = reader_warn(r, "%u animation%s: the model is shown at rest", scene->mNumAnimations,
+                             scene->mNumAnimations == 1 ? "" : "s");
     return status;
 }
 

@@ -126,7 +126,7 @@ snell_status import_read_file(const char *path, const char *name, const import_o
     else if (!S_ISREG(status.st_mode))
         result = error_set(SNELL_ERR_IO, NULL, "cannot read '%s': not a regular file", name);
     else if ((uint64_t)status.st_size > size_max)
-        result = error_set(SNELL_ERR_MEMORY, "allow more memory for reading",
+        result = error_set(SNELL_ERR_MEMORY, "allow more memory for reading (--memory)",
                            "'%s' has %lld bytes; at most %llu are read", name,
                            (long long)status.st_size, (unsigned long long)size_max);
     else

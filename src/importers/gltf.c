@@ -199,6 +199,13 @@ static snell_status check_extensions(gltf *g) {
     return SNELL_OK;
 }
 
+static snell_status warn_of_animations(gltf *g) {
+    size_t count = json_count(g, "animations");
+    if (count == 0) return SNELL_OK;
+    return gltf_warn(g, "%zu animation%s: the model is shown at rest", count,
+                     count == 1 ? "" : "s");
+}
+
 /* ---- the importer ---- */
 
 static snell_status prepare(gltf *g) {
@@ -266,6 +273,7 @@ static snell_status run(gltf *g) {
     if (!status) status = gltf_check_meaning(g);
     if (!status) status = prepare(g);
     if (!status) status = gltf_read_scene(g);
+    if (!status) status = warn_of_animations(g);
     if (!status) status = gltf_check_unused_buffers(g);
     return status;
 }

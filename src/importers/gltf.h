@@ -75,6 +75,7 @@ typedef struct gltf {
     mesh_entry *meshes;
     gltf_node *nodes;
     size_t instance_count;
+    bool uv_sets_warned;
     name_set names;
 } gltf;
 

@@ -280,6 +280,7 @@ static snell_status add_glass(gltf *g, const surface *s, const json_t *material,
     double color[3] = {1, 1, 1}, distance = json_number(volume, "attenuationDistance", 0);
     json_numbers(volume, "attenuationColor", color, 3);
     params p = {.count = 0};
+    add_input(&p, "color", s->base);
     add_float(&p, "ior", s->ior);
     if (distance > 0) {
         snell_vec3 c;
@@ -290,6 +291,23 @@ static snell_status add_glass(gltf *g, const surface *s, const json_t *material,
     }
     add_common(&p, s);
     return add_material(g, s, "dielectric", &p, s->name, out);
+}
+
+static unsigned uv_set(const json_t *info) {
+    const json_t *changed = json_extension(info, "KHR_texture_transform");
+    return (unsigned)json_index(changed, "texCoord", json_index(info, "texCoord", 0)) & 0xff;
+}
+
+/* A mesh keeps one set of texture coordinates, that of the base colour. */
+static snell_status warn_of_uv_sets(gltf *g, const json_t *material) {
+    const json_t *base = json_at(json_at(material, "pbrMetallicRoughness"), "baseColorTexture"),
+                 *emissive = json_at(material, "emissiveTexture");
+    if (g->uv_sets_warned || !base || !emissive || uv_set(base) == uv_set(emissive))
+        return SNELL_OK;
+    g->uv_sets_warned = true;
+    return gltf_warn(g,
+                     "a material's textures use several sets of texture coordinates: that of the "
+                     "base colour is used for all");
 }
 
 /* One warning for everything that a material has and this version does not show. */
@@ -353,6 +371,7 @@ static snell_status make_material(gltf *g, const json_t *material, const char *w
     snell_status status = read_base(g, material, &s);
     if (!status) status = read_emission(g, material, &s);
     if (!status) status = warn_of_losses(g, material);
+    if (!status && s.has_emission) status = warn_of_uv_sets(g, material);
     if (status) return status;
     double ior = json_number(json_extension(material, "KHR_materials_ior"), "ior", 1.5);
     s.ior = ior < 1    ? 1
@@ -376,11 +395,6 @@ snell_status gltf_material(gltf *g, size_t index, uint32_t *out) {
         status = make_material(g, none ? NULL : json_item(g, "materials", index), where, made);
     *out = *made;
     return status;
-}
-
-static unsigned uv_set(const json_t *info) {
-    const json_t *changed = json_extension(info, "KHR_texture_transform");
-    return (unsigned)json_index(changed, "texCoord", json_index(info, "texCoord", 0)) & 0xff;
 }
 
 unsigned gltf_material_uv_set(const gltf *g, size_t index) {

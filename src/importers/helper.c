@@ -375,7 +375,8 @@ static snell_status report_error(running *r) {
     if (e->status < SNELL_ERR_ARGUMENT || e->status > SNELL_ERR_INTERNAL) status = SNELL_ERR_SYNTAX;
     if (e->text[0] == '\0') snprintf(e->text, sizeof e->text, "the file could not be read");
     if (status == SNELL_ERR_MEMORY)
-        snprintf(e->hint, sizeof e->hint, "reading may use %llu MiB of memory",
+        snprintf(e->hint, sizeof e->hint,
+                 "reading may use %llu MiB of memory: --memory allows more",
                  (unsigned long long)(r->memory_max >> 20));
     source_place place = {e->file[0] ? e->file : r->path, e->line, e->column};
     return error_set_at(status, place, e->hint, "%s", e->text);
@@ -388,7 +389,7 @@ static snell_status report_signal(const running *r, int signal) {
                             "a program that never ends, or a file that takes more time",
                             "reading took more than %.0f s of processor time", r->time_max);
     if (signal == SIGKILL) /* not ours: the kernel's, when memory is short or CPU time is up */
-        return error_set_at(SNELL_ERR_MEMORY, place, "use a smaller file, or more memory",
+        return error_set_at(SNELL_ERR_MEMORY, place, "use a smaller file, or allow more (--memory)",
                             "the reader was killed; it may use %llu MiB of memory",
                             (unsigned long long)(r->memory_max >> 20));
     return error_set_at(SNELL_ERR_SYNTAX, place,

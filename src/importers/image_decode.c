@@ -29,6 +29,9 @@ static snell_status make_room(decoded_image *image, size_t size_max) {
         return error_set(SNELL_ERR_SYNTAX, NULL, "an image of %u x %u pixels cannot be read",
                          image->width, image->height);
     size_t size = (size_t)image->width * image->height * image->channels;
+    if (size > IMAGE_SIZE_MAX) /* more memory would not help */
+        return error_set(SNELL_ERR_UNSUPPORTED, "make the image smaller",
+                         "an image of %u x %u pixels is too large", image->width, image->height);
     if (size > size_max)
         return error_set(SNELL_ERR_MEMORY, "make the image smaller",
                          "an image of %u x %u pixels is too large", image->width, image->height);
@@ -107,8 +110,24 @@ static void png_run(png_job *job) {
     job->status = png_read_pixels(job);
 }
 
+static uint32_t read_u32(const uint8_t *p) {
+    return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
+}
+
+/* Of the size libpng only says that the header is invalid. */
+static snell_status check_png_size(const uint8_t *data, size_t size) {
+    enum { WIDTH_AT = 16, HEIGHT_AT = 20, HEADER_END = 24 };
+    if (size < HEADER_END) return SNELL_OK;
+    uint32_t width = read_u32(data + WIDTH_AT), height = read_u32(data + HEIGHT_AT);
+    if (width - 1 < SIDE_MAX && height - 1 < SIDE_MAX) return SNELL_OK;
+    return error_set(SNELL_ERR_SYNTAX, "1 to 65536 pixels each way",
+                     "an image of %u x %u pixels cannot be read", width, height);
+}
+
 static snell_status decode_png(const uint8_t *data, size_t size, size_t size_max,
                                decoded_image *out) {
+    snell_status status = check_png_size(data, size);
+    if (status) return status;
     png_job job = {.data = data, .size = size, .size_max = size_max};
     job.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &job, png_fail, png_ignore);
     if (job.png) job.info = png_create_info_struct(job.png);

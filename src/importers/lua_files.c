@@ -85,12 +85,25 @@ static void merge_category(merge *m, category which, const transform *moved) {
     }
 }
 
-static void merge_notes(const merge *m) {
-    for (size_t i = 0; i < m->from->param_count; i++) {
-        const scene_param *p = &m->from->params[i];
-        if (description_add_param(m->to, p->name, p->kind, p->value, p->default_value, p->help))
-            scene_fail_last(m->L, NULL, NULL);
+/* A parameter may be asked for in several places, but has one default: the command line and 'snell
+ * info' know one. */
+static void add_param(lua_State *L, const scene_param *p) {
+    description *d = scene_of(L)->d;
+    for (size_t i = 0; i < d->param_count; i++) {
+        const scene_param *made = &d->params[i];
+        if (strcmp(made->name, p->name) != 0) continue;
+        if (strcmp(made->default_value, p->default_value) == 0 && strcmp(made->kind, p->kind) == 0)
+            return;
+        scene_fail(L, SNELL_ERR_SYNTAX, "give both the same, or keep the value in a variable",
+                   "param '%s': the default was %s before, and is %s here", p->name,
+                   made->default_value, p->default_value);
     }
+    if (description_add_param(d, p->name, p->kind, p->value, p->default_value, p->help))
+        scene_fail_last(L, NULL, NULL);
+}
+
+static void merge_notes(const merge *m) {
+    for (size_t i = 0; i < m->from->param_count; i++) add_param(m->L, &m->from->params[i]);
     for (size_t i = 0; i < m->from->message_count; i++) {
         const import_message *n = &m->from->messages[i];
         if (description_add_message(m->to, n->severity, n->file, n->line, n->hint, "%s", n->text))
@@ -301,14 +314,20 @@ static const char *find_value(const lua_scene *s, const char *name) {
 }
 
 static void record_param(lua_State *L, const char *kind) {
-    lua_scene *s = scene_of(L);
-    const char *name = lua_tostring(L, 1);
-    for (size_t i = 0; i < s->d->param_count; i++)
-        if (strcmp(s->d->params[i].name, name) == 0) return;
     const char *value = sandbox_tostring(L, -1), *initial = sandbox_tostring(L, 2);
-    if (description_add_param(s->d, name, kind, value, initial, luaL_optstring(L, 3, "")))
-        scene_fail_last(L, NULL, NULL);
+    const char *texts[] = {lua_tostring(L, 1), kind, value, initial, luaL_optstring(L, 3, "")};
+    char *p[5];
+    for (int i = 0; i < 5; i++) p[i] = (char *)(uintptr_t)texts[i]; /* only read */
+    add_param(L, &(scene_param){p[0], p[1], p[2], p[3], p[4]});
     lua_pop(L, 2);
+}
+
+/* -D NAME=VALUE must be able to say it. */
+static void check_param_name(lua_State *L, const char *name) {
+    for (const char *c = name; *c; c++)
+        if ((unsigned char)*c <= ' ' || *c == 0x7f || *c == '=')
+            scene_fail(L, SNELL_ERR_SYNTAX, "such as \"max_depth\"",
+                       "param: a name has no spaces and no '=': '%s'", name);
 }
 
 _Noreturn static void fail_param(lua_State *L, const char *text, const char *kind) {
@@ -356,6 +375,7 @@ static int read_param(lua_State *L, bool file) {
     if (lua_type(L, 1) != LUA_TSTRING || lua_rawlen(L, 1) == 0)
         scene_fail(L, SNELL_ERR_SYNTAX, "such as param(\"depth\", 4, \"levels of spheres\")",
                    "param: needs a name, a default and a line of help");
+    check_param_name(L, lua_tostring(L, 1));
     if (file && lua_type(L, 2) != LUA_TSTRING)
         scene_fail(L, SNELL_ERR_SYNTAX, NULL, "param.file: the default must be a file's name");
     lua_settop(L, 3);

@@ -122,13 +122,32 @@ static int make_light(lua_State *L) {
     return 0;
 }
 
+/* Walls that give back more than they get make a picture that only looks wrong. */
+static void warn_of_bright(lua_State *L, const type_info *type, const char *label, uint32_t index) {
+    description *d = scene_of(L)->d;
+    const object *made = &d->objects[CATEGORY_MATERIAL].items[index];
+    for (uint32_t i = 0; i < type->field_count; i++) {
+        const field *f = &type->fields[i];
+        if (f->kind != FIELD_INPUT || choice_find("color|reflectance", f->name) < 0) continue;
+        const snell_input *input =
+            (const void *)((const char *)made->desc + f->offset); /* aligned: a member */
+        if (input->texture.index1 || !(vec3_largest(input->value) > 1)) continue;
+        if (description_add_message(
+                d, SNELL_WARNING, made->file, made->line, "0 to 1; what glows has 'emission'",
+                "%s: '%s' is above 1: more light leaves than arrives", label, f->name))
+            scene_fail_last(L, NULL, NULL);
+    }
+}
+
 static int make_material(lua_State *L) {
     const type_info *type = lua_touserdata(L, lua_upvalueindex(1));
     construction c = {.label = lua_tostring(L, lua_upvalueindex(2))};
     values_need_table(L, c.label);
     allow(&c, "name");
     read_fields(L, type, &c);
-    handle_push(L, HANDLE_MATERIAL, add_object(L, type, &c, read_name(L, c.label)));
+    uint32_t index = add_object(L, type, &c, read_name(L, c.label));
+    warn_of_bright(L, type, c.label, index);
+    handle_push(L, HANDLE_MATERIAL, index);
     return 1;
 }
 

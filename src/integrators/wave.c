@@ -200,8 +200,8 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
 
 /* ---- shadows ---- */
 
-/* The fraction that one surface lets through straight on: 1 - alpha, or 1 - F at the face of a
- * dielectric. The angle of a straight ray counts as that in the rarer medium, at both faces: then a
+/* What one surface lets through straight on: 1 - alpha, and at the face of a dielectric 1 - F of
+ * its colour. The angle of a straight ray counts as that in the rarer medium, at both faces: then a
  * pane lets through exactly what Fresnel's formulas say (light that leaves it again is never
  * totally reflected), and a ball does not cast a ring of false total reflection. */
 static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
@@ -211,17 +211,20 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     if (common->shadow == SHADOW_OPAQUE) return (dvec3){0, 0, 0};
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
-    if (p->material->type->inside != NULL) {
-        double ior1 = media_current(m, s)->ior;
-        if (p->outside)
-            media_enter(m, p->instance);
-        else
-            media_leave(m, p->instance);
-        double ior2 = media_current(m, s)->ior, cosine = dvec3_dot(p->wo, p->ns);
-        double f = fresnel_dielectric(cosine, double_min(ior1, ior2), double_max(ior1, ior2));
-        through += alpha * (1 - f);
-    }
-    return (dvec3){through, through, through};
+    dvec3 sum = {through, through, through};
+    if (p->material->type->inside == NULL) return sum;
+    const medium *before = media_current(m, s);
+    if (p->outside)
+        media_enter(m, p->instance);
+    else
+        media_leave(m, p->instance);
+    const medium *after = media_current(m, s);
+    if (before == after) return (dvec3){1, 1, 1}; /* a face inside what has priority */
+    double ior1 = double_min(before->ior, after->ior), ior2 = double_max(before->ior, after->ior);
+    double pass = alpha * (1 - fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2));
+    bsdf b;
+    material_evaluate(p->material, &p->at, &b);
+    return dvec3_add(sum, dvec3_scale(bsdf_passing(&b), pass));
 }
 
 /* Walks through everything that filters; in appel and whitted light goes straight on through glass.
@@ -287,14 +290,19 @@ static void absorb(wave *w, path_ray *r, double t) {
     r->weight = vec3_from(dvec3_mul(dvec3_from(r->weight), through));
 }
 
-/* Is this face inside a medium of higher priority, so that nothing changes across it? Then *beyond
- * is what the ray is in after it. */
-static bool is_hidden_face(wave *w, const path_ray *r, const shade_point *p, media *beyond) {
+/* Crosses the face of a dielectric: *beyond is what the ray is in after it. true: nothing changes
+ * across it, being inside a medium of higher priority.
+ *
+ * Of what is there in part, a ray meets all or nothing: what passed the face where it would have
+ * entered goes by the other faces too, and what did enter finds them wholly there. */
+static bool cross_interface(wave *w, const path_ray *r, const shade_point *p, bsdf *b,
+                            media *beyond) {
     const scene *s = w->settings.scene;
-    if (p->material->type->inside == NULL) return false;
     *beyond = r->media;
+    if (p->material->type->inside == NULL || b->alpha <= 0) return false;
     bool known = p->outside ? media_enter(beyond, p->instance) : media_leave(beyond, p->instance);
-    if (!known) w->stats.media_mismatches++;
+    if (!known && (p->outside || b->alpha >= 1)) w->stats.media_mismatches++;
+    if (!p->outside) b->alpha = 1;
     return media_current(&r->media, s) == media_current(beyond, s);
 }
 
@@ -302,13 +310,10 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     absorb(w, r, (double)h->t);
     shade_point p;
     scene_shade_point(w->settings.scene, &r->ray, h, &p);
-    media beyond;
-    if (is_hidden_face(w, r, &p, &beyond)) {
-        emit_continued(w, r, h, (dvec3){1, 1, 1}, &beyond);
-        return;
-    }
     bsdf b;
     material_evaluate(p.material, &p.at, &b);
+    media beyond;
+    bool hidden = cross_interface(w, r, &p, &b, &beyond);
     if (b.alpha < 1) {
         double pass = 1 - b.alpha;
         float coverage = r->coverage;
@@ -317,6 +322,10 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         if (b.alpha <= 0) return;
         r->coverage = (float)((double)coverage * b.alpha);
         r->weight = vec3_from(dvec3_scale(dvec3_from(r->weight), b.alpha));
+    }
+    if (hidden) {
+        emit_continued(w, r, h, (dvec3){1, 1, 1}, &beyond);
+        return;
     }
     if (r->primary && w->settings.transparent)
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage);

@@ -4,9 +4,9 @@
  *         I, N, mat = NearestIntersection(scene, r)
  *         diffuse:    mat.color * DirectIllumination(I, N)
  *         mirror:     mat.color * Trace(I, reflect(r.D, N))
- *         dielectric: F * Trace(I, reflect) + (1 - F) * Trace(I, refract), and Beer's law on the
- * way (Bikker, "Whitted"; the wave loop applies Beer's law to every ray before its hit is asked
- * about.) */
+ *         dielectric: F * Trace(I, reflect) + (1 - F) * mat.color * Trace(I, refract), and Beer's
+ * law on the way (Bikker, "Whitted", where glass has no colour of its own; the wave loop applies
+ * Beer's law to every ray before its hit is asked about.) */
 #include "integrators/integrator.h"
 
 /* A reflection about a shading normal that would go below the surface is bent back above it. */
@@ -34,7 +34,7 @@ static void follow_interface(wave *w, const path_ray *r, const shade_point *p, c
     double ior1 = media_current(&r->media, wave_scene(w))->ior,
            ior2 = media_current(&beyond, wave_scene(w))->ior;
     double fresnel = fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2);
-    emit_ray(w, r, p, mirror_direction(p), dvec3_scale(l->weight, fresnel), &r->media, slot,
+    emit_ray(w, r, p, mirror_direction(p), (dvec3){fresnel, fresnel, fresnel}, &r->media, slot,
              RAY_REFLECTED);
     dvec3 d;
     if (!refract_direction(p->wo, p->ns, ior1 / ior2, &d)) return;

@@ -5,7 +5,8 @@
 #include "maths/functions.h"
 
 void bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
-    if (!(dvec3_largest(weight) > 0)) return; /* a lobe that does nothing costs time */
+    /* A lobe that does nothing costs time; but what lets nothing pass still reflects. */
+    if (!(dvec3_largest(weight) > 0) && type->class != LOBE_INTERFACE) return;
     assert(b->lobe_count < LOBES_MAX);
     b->lobes[b->lobe_count++] = (lobe){type, weight, parameter, parameter};
 }
@@ -23,6 +24,12 @@ bool bsdf_is_lit(const bsdf *b) {
     for (int i = 0; i < b->lobe_count; i++)
         if (b->lobes[i].type->evaluate) return true;
     return false;
+}
+
+dvec3 bsdf_passing(const bsdf *b) {
+    for (int i = 0; i < b->lobe_count; i++)
+        if (b->lobes[i].type->class == LOBE_INTERFACE) return b->lobes[i].weight;
+    return (dvec3){1, 1, 1};
 }
 
 static dvec3 evaluate_lambert(const lobe *l, dvec3 n, dvec3 wo, dvec3 wi) {

@@ -24,7 +24,8 @@ typedef struct lobe_type {
 
 struct lobe {
     const lobe_type *type;
-    dvec3 weight;    /* reflectance R, k_s, or the weight of the traced ray */
+    dvec3 weight;    /* reflectance R, k_s, or the weight of the traced ray; of an interface that
+                        of the refracted ray alone: what it reflects is Fresnel's */
     double exponent; /* Phong family */
     double ior;      /* Fresnel lobes; 0: the weight alone */
 };
@@ -44,6 +45,8 @@ void bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter);
 /* The sum of all lobes that are not delta. */
 dvec3 bsdf_evaluate(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
 bool bsdf_is_lit(const bsdf *b); /* has a lobe that is not delta */
+/* The colour of light that crosses an interface, beside Fresnel's factor; 1 where there is none. */
+dvec3 bsdf_passing(const bsdf *b);
 
 extern const lobe_type lobe_lambert;     /* R / pi */
 extern const lobe_type lobe_blinn_phong; /* k_s (n.h)^p */

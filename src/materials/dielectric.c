@@ -6,6 +6,8 @@
 
 #define DIELECTRIC_FIELDS(F, T)                                                                    \
     MATERIAL_FIELDS(F, T)                                                                          \
+    F(T, color, INPUT, DEFAULT(1, 1, 1), NOT_NEGATIVE, "",                                         \
+      "multiplies light that passes the surface, each time it does")                               \
     F(T, ior, FLOAT, DEFAULT(1.5f), RANGE(1, 10), "", "index of refraction, relative to vacuum")   \
     F(T, absorption, COLOR, DEFAULT(0, 0, 0), NOT_NEGATIVE, "1/m", "a of Beer's law, exp(-a d)")   \
     F(T, attenuation_color, COLOR, DEFAULT(1, 1, 1), RANGE(1e-6, 1), "",                           \
@@ -17,10 +19,11 @@
 DESCRIBE(dielectric, DIELECTRIC_FIELDS)
 
 static void fill(const void *desc, const material_point *point, bsdf *out) {
-    (void)point;
     const dielectric_desc *m = desc;
     out->ambient = (dvec3){0, 0, 0};
-    bsdf_add(out, &lobe_interface, (dvec3){1, 1, 1}, (double)m->ior);
+    bsdf_add(out, &lobe_interface,
+             dvec3_mul(input_color(&m->color, point->textures, &point->at), point->tint),
+             (double)m->ior);
 }
 
 static medium inside(const void *desc) {

@@ -152,7 +152,7 @@ def materials():
     pbr = lambda metal, rough: {"pbrMetallicRoughness": {"metallicFactor": metal, "roughnessFactor": rough}}
     f.json["materials"] = [
         {"name": "metal", **pbr(1, 0.5)}, {"name": "smooth", **pbr(0, 0.1)}, {"name": "rough", **pbr(0, 1)},
-        {"name": "glass", **pbr(0, 0), "extensions": {
+        {"name": "glass", "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 0, "baseColorFactor": [0.5, 0.25, 1, 1]}, "extensions": {
             "KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_ior": {"ior": 1.25},
             "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 2, "attenuationColor": [0.5, 1, 0.25]}}},
         {"name": "flat", **pbr(0, 1), "extensions": {"KHR_materials_unlit": {}}},
