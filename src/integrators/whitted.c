@@ -4,9 +4,10 @@
  *         I, N, mat = NearestIntersection(scene, r)
  *         diffuse:    mat.color * DirectIllumination(I, N)
  *         mirror:     mat.color * Trace(I, reflect(r.D, N))
- *         dielectric: F * Trace(I, reflect) + (1 - F) * mat.color * Trace(I, refract), and Beer's
- * law on the way (Bikker, "Whitted", where glass has no colour of its own; the wave loop applies
- * Beer's law to every ray before its hit is asked about.) */
+ *         dielectric: F * Trace(I, reflect) + (1 - F) * mat.color * Trace(I, refract)
+ *
+ * and Beer's law on the way, which the wave loop applies to every ray before its hit is asked about
+ * (Bikker, "Whitted", where glass has no colour of its own). */
 #include "integrators/integrator.h"
 
 /* A reflection about a shading normal that would go below the surface is bent back above it. */
