@@ -1,9 +1,10 @@
 /* An integrator is a policy of the wave loop: what a hit and a miss emit. It reads like the
  * lectures' Trace(), with emit where the lecture recurses.
  *
- *     trace the wave ─▶ ask the policy about each hit and miss ─▶ it emits radiance, shadow rays,
- * next rays ▲                                                              │ └──────────── next
- * rays ◀── test shadows, add to the film ◀────┘
+ *     trace the wave ─▶ ask the policy about each hit and miss ─▶ it emits radiance,
+ *           ▲                                                      shadow rays, next rays
+ *           │                                                         │
+ *           └── next rays ◀── test the shadow rays, add to the film ◀─┘
  *
  * One file per integrator; one line in integrators.def. */
 #ifndef SNELL_INTEGRATORS_INTEGRATOR_H
