@@ -1,8 +1,8 @@
 /* A pool of worker threads that runs one parallel loop at a time.
  *
  *     caller ── thread_pool_run(pool, count, task) ──▶ workers 0..n-1 take indices 0..count-1 in
- * order ◀───────────── returns when all are done ─┘        (an atomic counter; the caller is worker
- * 0)
+ *            ◀── returns when all are done ──────────┘ order (an atomic counter; the caller is
+ *                                                      worker 0)
  *
  * Which worker gets which index is not promised, so a task may only write what belongs to its index
  * or worker. A pool may be used by several threads: their loops run one after the other. A task

@@ -18,9 +18,9 @@ typedef struct render_worker {
     uint64_t rays_reported;
 } render_worker;
 
-/*  workers ──▶ next block (the pool's counter) ──▶ own wave and block sums ──▶ own pixels of the
- * film │ └─ now and then: progress, under `lock`, by whoever comes first after 50 ms; the others go
- * on. */
+/*  workers ──▶ next block (the pool's counter) ──▶ own wave and block sums ──▶ own pixels of the film
+ *     │
+ *     └─ now and then: progress, under `lock`, by whoever comes first after 50 ms; the others go on */
 struct job {
     const render_options *options;
     film *film;
