@@ -49,14 +49,18 @@ static snell_status settings(const snell_scene *s, snell_integrator which, snell
     snell_status status = find_integrator(which, &policy);
     if (status) return status;
     /* A scene's samples and depth are meant for its own integrator. */
-    uint32_t depth = has_dielectric(s->description) ? policy->max_depth_media : policy->max_depth;
+    bool glass = has_dielectric(s->description), own_depth = same && r->max_depth >= 0;
+    uint32_t depth = glass ? policy->max_depth_media : policy->max_depth;
+    if (!own_depth && depth != policy->max_depth)
+        log_write(&s->context->log, SNELL_INFO, (source_place){0}, "",
+                  "max_depth is %u, not %u: the scene has glass", depth, policy->max_depth);
     *out = (snell_render_desc){
         .struct_size = sizeof *out,
         .integrator = which,
         .width = r->width > 0 ? (uint32_t)r->width : DEFAULT_WIDTH,
         .height = r->height > 0 ? (uint32_t)r->height : DEFAULT_HEIGHT,
         .samples = same && r->samples > 0 ? (uint32_t)r->samples : policy->samples,
-        .max_depth = same && r->max_depth >= 0 ? (uint32_t)r->max_depth : depth,
+        .max_depth = own_depth ? (uint32_t)r->max_depth : depth,
         .min_weight = r->min_weight >= 0 ? r->min_weight : DEFAULT_MIN_WEIGHT,
         .pixel_center = r->pixel_center,
         .transparent = has_clear_background(s->description),
