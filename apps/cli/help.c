@@ -155,7 +155,10 @@ static void cpu_features(char *out, size_t size) {
 }
 
 #if defined(__clang__)
-#define COMPILER "clang " __clang_version__
+#define TEXT(x) #x
+#define NUMBER(x) TEXT(x)
+#define COMPILER                                                                                   \
+    "clang " NUMBER(__clang_major__) "." NUMBER(__clang_minor__) "." NUMBER(__clang_patchlevel__)
 #elif defined(__GNUC__)
 #define COMPILER "gcc " __VERSION__
 #else
