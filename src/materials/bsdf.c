@@ -8,7 +8,7 @@ void bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
     /* A lobe that does nothing costs time; but what lets nothing pass still reflects. */
     if (!(dvec3_largest(weight) > 0) && type->class != LOBE_INTERFACE) return;
     assert(b->lobe_count < LOBES_MAX);
-    b->lobes[b->lobe_count++] = (lobe){type, weight, parameter, parameter};
+    b->lobes[b->lobe_count++] = (lobe){type, weight, {parameter}};
 }
 
 dvec3 bsdf_evaluate(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {

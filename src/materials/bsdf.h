@@ -24,10 +24,12 @@ typedef struct lobe_type {
 
 struct lobe {
     const lobe_type *type;
-    dvec3 weight;    /* reflectance R, k_s, or the weight of the traced ray; of an interface that
+    dvec3 weight; /* reflectance R, k_s, or the weight of the traced ray; of an interface that
                         of the refracted ray alone: what it reflects is Fresnel's */
-    double exponent; /* Phong family */
-    double ior;      /* Fresnel lobes; 0: the weight alone */
+    union {       /* the one parameter, by type */
+        double exponent; /* Phong family */
+        double ior;      /* Fresnel lobes; 0: the weight alone */
+    };
 };
 
 enum { LOBES_MAX = 6 };
