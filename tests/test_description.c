@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "geometry/mesh.h"
+#include "image/tonemap.h"
 #include "scene/description.h"
 #include "scene/settings.h"
 
@@ -256,9 +257,21 @@ static void rewinding_takes_out_what_came_later(void **state) {
 
 #define FRESH(test) cmocka_unit_test_setup_teardown(test, set_up, tear_down)
 
+/* The scene language's words for tone maps are those of the registry. */
+static void tone_maps_have_one_list_of_names(void **state) {
+    (void)state;
+    size_t count = 0;
+    for (; tonemaps[count]; count++)
+        assert_true(choice_find(TONEMAP_CHOICES, tonemaps[count]->name) == (int)count + 1);
+    char word[32];
+    choice_word(TONEMAP_CHOICES, (int)count + 1, word, sizeof word);
+    assert_string_equal(word, ""); /* and no more */
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         FRESH(types_are_found_by_name),
+        FRESH(tone_maps_have_one_list_of_names),
         FRESH(objects_are_numbered_and_keep_their_source),
         FRESH(names_are_unique_in_a_category),
         FRESH(faults_are_refused_and_leave_nothing),

@@ -51,6 +51,7 @@ snell_status scene_add_typed(snell_scene *s, category category, const char *type
 
 /* Bounds of everything that has bounds, before a commit. */
 bounds3 description_bounds(const description *d);
-bool description_has_emission(const description *d); /* some material shines */
+bool description_has_emission(const description *d);   /* some material shines */
+bool description_has_dielectric(const description *d); /* some material bounds a medium */
 
 #endif

@@ -16,13 +16,6 @@ static const render_desc *render_settings(const snell_scene *s) {
     return o ? o->desc : NULL;
 }
 
-static bool has_dielectric(const description *d) {
-    const object_list *materials = &d->objects[CATEGORY_MATERIAL];
-    for (size_t i = 0; i < materials->count; i++)
-        if (((const material_type *)materials->items[i].type)->inside) return true;
-    return false;
-}
-
 static snell_status find_integrator(snell_integrator which, const integrator **out) {
     if (which < SNELL_APPEL || which > SNELL_PATH)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "integrator %d does not exist", (int)which);
@@ -49,7 +42,7 @@ static snell_status settings(const snell_scene *s, snell_integrator which, snell
     snell_status status = find_integrator(which, &policy);
     if (status) return status;
     /* A scene's samples and depth are meant for its own integrator. */
-    bool glass = has_dielectric(s->description), own_depth = same && r->max_depth >= 0;
+    bool glass = description_has_dielectric(s->description), own_depth = same && r->max_depth >= 0;
     uint32_t depth = glass ? policy->max_depth_media : policy->max_depth;
     if (!own_depth && depth != policy->max_depth)
         log_write(&s->context->log, SNELL_INFO, (source_place){0}, "",
@@ -141,8 +134,7 @@ static void keep_look(const snell_scene *s, snell_film *f) {
     f->exposure = r ? r->exposure : 0;
     f->tonemap = r ? r->tonemap : 0;
     if (f->tonemap == 0)
-        f->tonemap = choice_find("default|clip|reinhard|neutral",
-                                 s->description->is_model ? "neutral" : "clip");
+        f->tonemap = choice_find(TONEMAP_CHOICES, s->description->is_model ? "neutral" : "clip");
 }
 
 static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
@@ -243,7 +235,7 @@ static snell_status image_settings(const snell_film *f, const snell_image_desc *
     if (desc && desc->exposure_set && !(desc->exposure >= -50 && desc->exposure <= 50))
         return error_set(SNELL_ERR_ARGUMENT, NULL, "the exposure is not a number from -50 to 50");
     char word[32];
-    choice_word("default|clip|reinhard|neutral", f->tonemap, word, sizeof word);
+    choice_word(TONEMAP_CHOICES, f->tonemap, word, sizeof word);
     bool named = desc && desc->tonemap;
     *out = (image_options){.exposure =
                                (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),

@@ -375,6 +375,13 @@ static uint64_t array_bytes(const object *o) {
     return sum;
 }
 
+bool description_has_dielectric(const description *d) {
+    const object_list *materials = &d->objects[CATEGORY_MATERIAL];
+    for (size_t i = 0; i < materials->count; i++)
+        if (((const material_type *)materials->items[i].type)->inside) return true;
+    return false;
+}
+
 bool description_has_emission(const description *d) {
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
     for (size_t i = 0; i < materials->count; i++)
@@ -399,14 +406,12 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
                                .camera_count = (uint32_t)d->objects[CATEGORY_CAMERA].count,
                                .param_count = (uint32_t)d->param_count,
                                .has_emission = description_has_emission(d),
+                               .has_dielectric = description_has_dielectric(d),
                                .has_background = description_setting(d, "background") != NULL,
                                .has_ambient = description_setting(d, "ambient") != NULL};
     count_instances(d, out);
     for (size_t i = 0; i < d->objects[CATEGORY_TEXTURE].count; i++)
         out->memory_textures += array_bytes(&d->objects[CATEGORY_TEXTURE].items[i]);
-    for (size_t i = 0; i < d->objects[CATEGORY_MATERIAL].count; i++)
-        out->has_dielectric |=
-            ((const material_type *)d->objects[CATEGORY_MATERIAL].items[i].type)->inside != NULL;
     if (s->frozen) {
         accel_memory memory = accel_get_memory(s->frozen->accel);
         out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;

@@ -79,8 +79,6 @@ typedef struct type_info {
     { __VA_ARGS__ }
 #define NO_DEFAULT                                                                                 \
     { 0 }
-#define IDENTITY                                                                                   \
-    { 0 }
 /* Ranges: minimum, maximum, flags, choices. */
 #define ANY -INFINITY, INFINITY, 0, NULL
 #define REQUIRED -INFINITY, INFINITY, FIELD_REQUIRED, NULL

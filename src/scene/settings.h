@@ -4,6 +4,9 @@
 
 #include "base/field.h"
 
+/* "default", and the names of image/tonemap.h's registry. */
+#define TONEMAP_CHOICES "default|clip|reinhard|neutral"
+
 /* Fields below their range's first useful value mean "not said": 0, or -1 where 0 is meaningful. */
 #define RENDER_FIELDS(F, T)                                                                        \
     F(T, integrator, CHOICE, DEFAULT(0), CHOICES("default|appel|whitted"), "",                     \
@@ -19,7 +22,7 @@
     F(T, seed, INT, DEFAULT(0), RANGE(0, 2147483647), "", "of the random numbers")                 \
     F(T, pixel_center, BOOL, DEFAULT(0), ANY, "", "every sample through the pixel's centre")       \
     F(T, exposure, FLOAT, DEFAULT(0), RANGE(-50, 50), "stops", "2^exposure times the light")       \
-    F(T, tonemap, CHOICE, DEFAULT(0), CHOICES("default|clip|reinhard|neutral"), "",                \
+    F(T, tonemap, CHOICE, DEFAULT(0), CHOICES(TONEMAP_CHOICES), "",                                \
       "default: clip; neutral for models")
 DESCRIBE_STRUCT(render, RENDER_FIELDS)
 
