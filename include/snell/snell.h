@@ -382,7 +382,8 @@ typedef struct snell_render_desc {
                        */
     uint64_t seed;
     uint32_t
-        wave_size; /* rays in flight per worker; 0: chosen; the picture does not depend on it */
+        wave_size; /* rays traced at once per worker, over 4096 as 4096; 0: chosen; the picture does
+                      not depend on it */
     snell_progress_fn *progress;
     void *user;
 } snell_render_desc;
