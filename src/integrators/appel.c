@@ -8,10 +8,10 @@ static bsdf without_traced_lobes(const bsdf *b, const shade_point *p) {
     bsdf matte = *b;
     for (int i = 0; i < matte.lobe_count; i++) {
         lobe *l = &matte.lobes[i];
-        if (l->type == &lobe_mirror && l->ior > 0)
+        if (l->type->class == LOBE_MIRROR)
             l->weight =
-                dvec3_scale(l->weight, fresnel_dielectric(dvec3_dot(p->wo, p->ns), 1, l->ior));
-        if (l->type->evaluate == NULL) l->type = &lobe_lambert;
+                dvec3_mul(l->weight, fresnel_evaluate(&l->fresnel, dvec3_dot(p->wo, p->ns)));
+        if (l->type->evaluate == NULL || l->type->transmits) l->type = &lobe_lambert;
     }
     return matte;
 }

@@ -178,7 +178,7 @@ static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const 
 }
 
 void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
-    if (!bsdf_is_lit(b)) return;
+    if (!bsdf_is_lit(b, LOBES_LIT)) return;
     const scene *s = w->settings.scene;
     dvec3 eye = dvec3_from(w->settings.frame.position);
     for (uint32_t i = 0; i < s->light_count; i++) {
@@ -189,7 +189,7 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
         double cosine = dvec3_dot(p->ns, wi);
         /* Light counts only where the geometric and the shading side agree. */
         if (!(cosine > 0) || !(dvec3_dot(p->n, wi) > 0)) continue;
-        dvec3 f = bsdf_evaluate(b, p->ns, p->wo, wi);
+        dvec3 f = bsdf_evaluate(b, LOBES_LIT, p->ns, p->wo, wi);
         dvec3 radiance = dvec3_scale(dvec3_mul(f, sample.irradiance), cosine);
         if (l->type->casts_shadow)
             push_shadow(w, r, p, &sample, radiance);

@@ -19,8 +19,8 @@ static dvec3 mirror_direction(const shade_point *p) {
 
 static void follow_mirror(wave *w, const path_ray *r, const shade_point *p, const lobe *l,
                           uint32_t slot) {
-    double fresnel = l->ior > 0 ? fresnel_dielectric(dvec3_dot(p->wo, p->ns), 1, l->ior) : 1;
-    emit_ray(w, r, p, mirror_direction(p), dvec3_scale(l->weight, fresnel), &r->media, slot,
+    dvec3 reflected = fresnel_evaluate(&l->fresnel, dvec3_dot(p->wo, p->ns));
+    emit_ray(w, r, p, mirror_direction(p), dvec3_mul(l->weight, reflected), &r->media, slot,
              RAY_REFLECTED);
 }
 
@@ -34,13 +34,13 @@ static void follow_interface(wave *w, const path_ray *r, const shade_point *p, c
         media_leave(&beyond, p->instance);
     double ior1 = media_current(&r->media, wave_scene(w))->ior,
            ior2 = media_current(&beyond, wave_scene(w))->ior;
-    double fresnel = fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2);
-    emit_ray(w, r, p, mirror_direction(p), (dvec3){fresnel, fresnel, fresnel}, &r->media, slot,
-             RAY_REFLECTED);
+    double reflected = fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2);
+    emit_ray(w, r, p, mirror_direction(p), (dvec3){reflected, reflected, reflected}, &r->media,
+             slot, RAY_REFLECTED);
     dvec3 d;
     if (!refract_direction(p->wo, p->ns, ior1 / ior2, &d)) return;
     if (dvec3_dot(d, p->n) >= 0 && !refract_direction(p->wo, p->n, ior1 / ior2, &d)) return;
-    emit_ray(w, r, p, d, dvec3_scale(l->weight, 1 - fresnel), &beyond, slot + 1, RAY_REFRACTED);
+    emit_ray(w, r, p, d, dvec3_scale(l->weight, 1 - reflected), &beyond, slot + 1, RAY_REFRACTED);
 }
 
 static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {

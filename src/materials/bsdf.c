@@ -4,49 +4,203 @@
 
 #include "maths/functions.h"
 
-void bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
+/* Under this share of a bsdf a lobe is hardly ever chosen, and its rare samples are bright. */
+static const double SHARE_MIN = 0.02;
+
+lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
     /* A lobe that does nothing costs time; but what lets nothing pass still reflects. */
-    if (!(dvec3_largest(weight) > 0) && type->class != LOBE_INTERFACE) return;
+    if (!(dvec3_largest(weight) > 0) && !type->transmits) return NULL;
     assert(b->lobe_count < LOBES_MAX);
-    b->lobes[b->lobe_count++] = (lobe){type, weight, {parameter}};
+    lobe *l = &b->lobes[b->lobe_count++];
+    *l = (lobe){.type = type, .weight = weight, .exponent = parameter, .share = -1};
+    return l;
 }
 
-dvec3 bsdf_evaluate(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+static bool counts(const lobe *l, lobe_set set) {
+    return l->type->evaluate && (LOBE_BIT(l->type->class) & set);
+}
+
+dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi) {
     dvec3 sum = {0, 0, 0};
+    bool beyond = dvec3_dot(n, wi) < 0;
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
-        if (l->type->evaluate) sum = dvec3_add(sum, l->type->evaluate(l, n, wo, wi));
+        if (!counts(l, set) || (beyond && !l->type->transmits)) continue;
+        sum = dvec3_add(sum, l->type->evaluate(l, b, n, wo, wi));
     }
     return sum;
 }
 
-bool bsdf_is_lit(const bsdf *b) {
+bool bsdf_is_lit(const bsdf *b, lobe_set set) {
     for (int i = 0; i < b->lobe_count; i++)
-        if (b->lobes[i].type->evaluate) return true;
+        if (counts(&b->lobes[i], set)) return true;
     return false;
 }
 
 dvec3 bsdf_passing(const bsdf *b) {
     for (int i = 0; i < b->lobe_count; i++)
-        if (b->lobes[i].type->class == LOBE_INTERFACE) return b->lobes[i].weight;
+        if (b->lobes[i].type->transmits) return b->lobes[i].weight;
     return (dvec3){1, 1, 1};
 }
 
-static dvec3 evaluate_lambert(const lobe *l, dvec3 n, dvec3 wo, dvec3 wi) {
-    (void)n, (void)wo, (void)wi;
+/* ---- drawing one direction for all lobes ---- */
+
+static double share_of(const lobe *l, double cosine) {
+    if (l->share >= 0) return double_max(l->share, SHARE_MIN);
+    if (l->type->transmits) return 1;
+    dvec3 reflected = dvec3_mul(l->weight, fresnel_evaluate(&l->fresnel, cosine));
+    return double_max(clamp01(dvec3_largest(reflected)), SHARE_MIN);
+}
+
+/* The shares of all lobes, made to sum to 1. */
+static void find_shares(const bsdf *b, double cosine, double shares[LOBES_MAX]) {
+    double sum = 0;
+    for (int i = 0; i < b->lobe_count; i++) sum += shares[i] = share_of(&b->lobes[i], cosine);
+    for (int i = 0; i < b->lobe_count; i++) shares[i] /= sum;
+}
+
+static double mixed_pdf(const bsdf *b, const double shares[LOBES_MAX], dvec3 n, dvec3 wo,
+                        dvec3 wi) {
+    double pdf = 0;
+    bool beyond = dvec3_dot(n, wi) < 0;
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *l = &b->lobes[i];
+        if (l->type->pdf && (!beyond || l->type->transmits))
+            pdf += shares[i] * l->type->pdf(l, b, n, wo, wi);
+    }
+    return pdf;
+}
+
+double bsdf_pdf(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    double shares[LOBES_MAX];
+    find_shares(b, dvec3_dot(n, wo), shares);
+    return mixed_pdf(b, shares, n, wo, wi);
+}
+
+/* A smooth interface reflects with the probability F, so the weight of the reflected ray is 1. */
+static bool sample_interface(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, double u,
+                             bsdf_direction *out) {
+    double reflected = fresnel_dielectric(dvec3_dot(n, wo), b->ior1, b->ior2);
+    out->transmitted = u >= reflected;
+    out->weight = out->transmitted ? l->weight : (dvec3){1, 1, 1};
+    if (out->transmitted) return refract_direction(wo, n, b->ior1 / b->ior2, &out->wi);
+    out->wi = reflect_direction(wo, n);
+    return true;
+}
+
+static bool sample_delta(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, double share, double u,
+                         bsdf_direction *out) {
+    *out = (bsdf_direction){.pdf = 0};
+    if (l->type->class == LOBE_INTERFACE) {
+        if (!sample_interface(l, b, n, wo, u, out)) return false;
+    } else {
+        out->wi = reflect_direction(wo, n);
+        out->weight = dvec3_mul(l->weight, fresnel_evaluate(&l->fresnel, dvec3_dot(n, wo)));
+    }
+    out->weight = dvec3_scale(out->weight, 1 / share);
+    return true;
+}
+
+bool bsdf_sample(const bsdf *b, dvec3 n, dvec3 wo, double choice, sample2 u, bsdf_direction *out) {
+    if (b->lobe_count == 0) return false;
+    double shares[LOBES_MAX];
+    find_shares(b, dvec3_dot(n, wo), shares);
+    int chosen = 0;
+    for (; chosen < b->lobe_count - 1 && choice >= shares[chosen]; chosen++)
+        choice -= shares[chosen];
+    const lobe *l = &b->lobes[chosen];
+    if (l->type->sample == NULL) return sample_delta(l, b, n, wo, shares[chosen], u.x, out);
+    *out = (bsdf_direction){{0, 0, 0}, {0, 0, 0}, 0, false};
+    if (!l->type->sample(l, b, n, wo, u, &out->wi)) return false;
+    double cosine = dvec3_dot(n, out->wi);
+    out->transmitted = cosine < 0;
+    out->pdf = mixed_pdf(b, shares, n, wo, out->wi);
+    if (!(out->pdf > 0)) return false;
+    dvec3 f = bsdf_evaluate(b, LOBES_LIT, n, wo, out->wi);
+    out->weight = dvec3_scale(f, fabs(cosine) / out->pdf);
+    return true;
+}
+
+/* ---- Lambert ---- */
+
+static dvec3 evaluate_lambert(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    (void)b, (void)n, (void)wo, (void)wi;
     return dvec3_scale(l->weight, 1 / PI);
 }
 
-static dvec3 evaluate_blinn_phong(const lobe *l, dvec3 n, dvec3 wo, dvec3 wi) {
+static double pdf_lambert(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    (void)l, (void)b, (void)wo;
+    return double_max(dvec3_dot(n, wi), 0) / PI;
+}
+
+static bool sample_lambert(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sample2 u, dvec3 *wi) {
+    (void)l, (void)b, (void)wo;
+    double r = sqrt(u.x), angle = 2 * PI * u.y;
+    *wi = dvec3_from_frame(n, (dvec3){r * fn_cos(angle), r * fn_sin(angle), sqrt(1 - u.x)});
+    return dvec3_dot(n, *wi) > 0;
+}
+
+/* ---- the Phong family: a power of the cosine about an axis ---- */
+
+/* A direction about +Z with the density (p + 1) / (2 pi) cos^p. */
+static dvec3 warp_power(sample2 u, double exponent) {
+    double cosine = fn_pow(1 - u.x, 1 / (exponent + 1));
+    double sine = sqrt(double_max(0, 1 - cosine * cosine)), angle = 2 * PI * u.y;
+    return (dvec3){sine * fn_cos(angle), sine * fn_sin(angle), cosine};
+}
+
+static double power_pdf(double cosine, double exponent) {
+    return cosine > 0 ? (exponent + 1) / (2 * PI) * fn_pow(cosine, exponent) : 0;
+}
+
+static dvec3 evaluate_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    (void)b;
+    double cosine = dvec3_dot(reflect_direction(wo, n), wi);
+    return cosine > 0 ? dvec3_scale(l->weight, fn_pow(cosine, l->exponent)) : (dvec3){0, 0, 0};
+}
+
+static double pdf_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    (void)b;
+    return power_pdf(dvec3_dot(reflect_direction(wo, n), wi), l->exponent);
+}
+
+static bool sample_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sample2 u, dvec3 *wi) {
+    (void)b;
+    *wi = dvec3_from_frame(reflect_direction(wo, n), warp_power(u, l->exponent));
+    return dvec3_dot(n, *wi) > 0;
+}
+
+static dvec3 evaluate_blinn_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    (void)b;
     dvec3 h = dvec3_normalize(dvec3_add(wo, wi)); /* h = bisector(v, l) */
     double cosine = dvec3_dot(n, h);
     return cosine > 0 ? dvec3_scale(l->weight, fn_pow(cosine, l->exponent)) : (dvec3){0, 0, 0};
 }
 
-const lobe_type lobe_lambert = {LOBE_DIFFUSE, evaluate_lambert};
-const lobe_type lobe_blinn_phong = {LOBE_DIFFUSE, evaluate_blinn_phong};
-const lobe_type lobe_mirror = {LOBE_MIRROR, NULL};
-const lobe_type lobe_interface = {LOBE_INTERFACE, NULL};
+static double pdf_blinn_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    (void)b;
+    dvec3 h = dvec3_normalize(dvec3_add(wo, wi));
+    double facing = dvec3_dot(wo, h);
+    return facing > 0 ? power_pdf(dvec3_dot(n, h), l->exponent) / (4 * facing) : 0;
+}
+
+static bool sample_blinn_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sample2 u,
+                               dvec3 *wi) {
+    (void)b;
+    dvec3 h = dvec3_from_frame(n, warp_power(u, l->exponent));
+    if (!(dvec3_dot(wo, h) > 0)) return false;
+    *wi = reflect_direction(wo, h);
+    return dvec3_dot(n, *wi) > 0;
+}
+
+const lobe_type lobe_lambert = {LOBE_DIFFUSE, false, evaluate_lambert, pdf_lambert, sample_lambert};
+const lobe_type lobe_phong = {LOBE_DIFFUSE, false, evaluate_phong, pdf_phong, sample_phong};
+const lobe_type lobe_blinn_phong = {LOBE_DIFFUSE, false, evaluate_blinn_phong, pdf_blinn_phong,
+                                    sample_blinn_phong};
+const lobe_type lobe_mirror = {.class = LOBE_MIRROR};
+const lobe_type lobe_interface = {.class = LOBE_INTERFACE, .transmits = true};
+
+/* ---- directions ---- */
 
 dvec3 reflect_direction(dvec3 wo, dvec3 n) {
     return dvec3_sub(dvec3_scale(n, 2 * dvec3_dot(n, wo)), wo);
@@ -57,13 +211,4 @@ bool refract_direction(dvec3 wo, dvec3 n, double eta, dvec3 *wi) {
     if (!(k > 0)) return false;
     *wi = dvec3_sub(dvec3_scale(n, eta * cos1 - sqrt(k)), dvec3_scale(wo, eta));
     return true;
-}
-
-double fresnel_dielectric(double cos1, double ior1, double ior2) {
-    double eta = ior1 / ior2, k = 1 - eta * eta * (1 - cos1 * cos1);
-    if (!(k > 0)) return 1;
-    double cos2 = sqrt(k);
-    double s = (ior1 * cos1 - ior2 * cos2) / (ior1 * cos1 + ior2 * cos2);
-    double p = (ior2 * cos1 - ior1 * cos2) / (ior2 * cos1 + ior1 * cos2);
-    return (s * s + p * p) / 2;
 }

@@ -2,66 +2,105 @@
  * per hit.
  *
  * wo and wi are unit vectors that point away from the surface: wo to where the ray came from, wi to
- * where light comes from. Normals here are on wo's side. */
+ * where light comes from. The normal n here is the shading normal on wo's side, so dot(n, wo) >= 0;
+ * wi is on the other side only for lobes that transmit. */
 #ifndef SNELL_MATERIALS_BSDF_H
 #define SNELL_MATERIALS_BSDF_H
 
-#include "maths/vec.h"
+#include "materials/fresnel.h"
+#include "sampling/sampling.h"
 
 typedef enum lobe_class {
-    LOBE_DIFFUSE,  /* Lambert and the Phong family: lit by sampling lights, except in path */
+    LOBE_DIFFUSE,  /* Lambert and the Phong family */
+    LOBE_GLOSSY,   /* microfacets */
     LOBE_MIRROR,   /* delta: one reflected ray */
-    LOBE_INTERFACE /* delta: reflected and refracted rays by Snell and Fresnel; needs the ray's
-                      media */
+    LOBE_INTERFACE /* delta: reflected and refracted rays by Snell and Fresnel */
 } lobe_class;
 
+/* Which lobes an integrator traces and which it lights: the table in ARCHITECTURE.md. */
+typedef unsigned lobe_set;
+#define LOBE_BIT(class) (1u << (class))
+enum {
+    LOBES_DIFFUSE = LOBE_BIT(LOBE_DIFFUSE),
+    LOBES_LIT = LOBE_BIT(LOBE_DIFFUSE) | LOBE_BIT(LOBE_GLOSSY) /* all that are not delta */
+};
+
 typedef struct lobe lobe;
+typedef struct bsdf bsdf;
+
 typedef struct lobe_type {
     lobe_class class;
-    /* The BRDF, 1/sr, without the cosine; NULL for delta lobes. Both directions are on n's side. */
-    dvec3 (*evaluate)(const lobe *l, dvec3 n, dvec3 wo, dvec3 wi);
+    bool transmits; /* wi may lie beyond the surface */
+    /* The BSDF, 1/sr, without the cosine. Both NULL for delta lobes. */
+    dvec3 (*evaluate)(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
+    /* The density of `sample`, per solid angle of wi. */
+    double (*pdf)(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
+    /* Draws wi from about evaluate times the cosine; u in [0,1)^2. false: nothing is reflected into
+     * the direction drawn (it counts as a sample all the same). */
+    bool (*sample)(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sample2 u, dvec3 *wi);
 } lobe_type;
 
 struct lobe {
     const lobe_type *type;
-    dvec3 weight; /* reflectance R, k_s, or the weight of the traced ray; of an interface that
-                        of the refracted ray alone: what it reflects is Fresnel's */
+    dvec3 weight; /* reflectance R, k_s, or the weight of the traced ray; of a smooth interface that
+                     of the refracted ray alone: what it reflects is Fresnel's */
     union {       /* the one parameter, by type */
         double exponent; /* Phong family */
-        double ior;      /* Fresnel lobes; 0: the weight alone */
+        double alpha;    /* microfacets: Beckmann's m, or GGX's alpha = roughness^2 */
     };
+    fresnel fresnel; /* of mirrors and microfacets; FRESNEL_NONE: the weight alone */
+    /* In whitted, a glossy lobe also sends a mirror ray of weight * Fresnel * mirror_share; at 1 it
+     * is a mirror and not lit by sampling lights. */
+    double mirror_share;
+    /* How much of the light from wo it sends on, roughly (0 .. 1): `path` chooses among lobes by it.
+     * Negative: bsdf_add's own guess from weight and Fresnel. */
+    double share;
 };
 
-enum { LOBES_MAX = 6 };
+enum { LOBES_MAX = 8 };
 
-typedef struct bsdf {
+struct bsdf {
     lobe lobes[LOBES_MAX];
     int lobe_count;
-    dvec3 emission; /* radiance leaving towards wo */
-    dvec3 ambient;  /* k_a */
-    double alpha;   /* 1: all there; 0: a ray passes as if nothing were there */
-} bsdf;
+    dvec3 emission;    /* radiance leaving towards wo */
+    dvec3 ambient;     /* k_a */
+    double alpha;      /* 1: all there; 0: a ray passes as if nothing were there */
+    double ior1, ior2; /* on wo's side and beyond; the wave sets them from the ray's media */
+};
 
-/* Lobes beyond LOBES_MAX would be a fault in a material. */
-void bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter);
-/* The sum of all lobes that are not delta. */
-dvec3 bsdf_evaluate(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
-bool bsdf_is_lit(const bsdf *b); /* has a lobe that is not delta */
+/* Adds a lobe and returns it, for the fields that the type needs beside these; NULL for a lobe that
+ * would do nothing. Lobes beyond LOBES_MAX would be a fault in a material. */
+lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter);
+
+/* The sum of the lobes of `set` that are not delta. */
+dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi);
+bool bsdf_is_lit(const bsdf *b, lobe_set set); /* has a lobe of the set that is not delta */
 /* The colour of light that crosses an interface, beside Fresnel's factor; 1 where there is none. */
 dvec3 bsdf_passing(const bsdf *b);
 
+/* One direction for all lobes: one of them is chosen by its share and drawn from; the densities of
+ * all that are not delta count. `bsdf_pdf` is the density that bsdf_sample draws with, per solid
+ * angle, its delta lobes left out. */
+typedef struct bsdf_direction {
+    dvec3 wi;
+    dvec3 weight; /* f |cos| / pdf */
+    double pdf;   /* per solid angle; 0: a delta lobe */
+    bool transmitted;
+} bsdf_direction;
+double bsdf_pdf(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
+/* choice in [0,1) chooses the lobe. false: the path ends here. */
+bool bsdf_sample(const bsdf *b, dvec3 n, dvec3 wo, double choice, sample2 u, bsdf_direction *out);
+
 extern const lobe_type lobe_lambert;     /* R / pi */
+extern const lobe_type lobe_phong;       /* k_s (r.v)^p */
 extern const lobe_type lobe_blinn_phong; /* k_s (n.h)^p */
-extern const lobe_type lobe_mirror;      /* weight; times Fresnel where ior > 0 */
-extern const lobe_type lobe_interface;   /* a boundary between media */
+extern const lobe_type lobe_mirror;      /* weight times Fresnel */
+extern const lobe_type lobe_interface;   /* a smooth boundary between media */
 
 /* v + 2 ((n.v) n - v): the mirror direction of v about n (Cornell "Ray tracing: shading"). */
 dvec3 reflect_direction(dvec3 wo, dvec3 n);
 /* Snell's law. eta: ior on wo's side / ior beyond. false: total internal reflection. Bikker,
  * "Whitted": T = eta D + N (eta cos1 - sqrt(k)), k = 1 - eta^2 (1 - cos1^2). */
 bool refract_direction(dvec3 wo, dvec3 n, double eta, dvec3 *wi);
-/* Fresnel's formulas for unpolarised light at a smooth dielectric boundary: the reflected fraction.
- * cos1 >= 0 on the side of ior1. 1 at total internal reflection. */
-double fresnel_dielectric(double cos1, double ior1, double ior2);
 
 #endif

@@ -21,9 +21,9 @@ DESCRIBE(dielectric, DIELECTRIC_FIELDS)
 static void fill(const void *desc, const material_point *point, bsdf *out) {
     const dielectric_desc *m = desc;
     out->ambient = (dvec3){0, 0, 0};
+    *(point->outside ? &out->ior2 : &out->ior1) = (double)m->ior;
     bsdf_add(out, &lobe_interface,
-             dvec3_mul(input_color(&m->color, point->textures, &point->at), point->tint),
-             (double)m->ior);
+             dvec3_mul(input_color(&m->color, point->textures, &point->at), point->tint), 0);
 }
 
 static medium inside(const void *desc) {

@@ -34,7 +34,8 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
     out->lobe_count = kept;
     dvec3 weight =
         m->ior > 0 ? (dvec3){1, 1, 1} : input_color(&m->reflectance, point->textures, &point->at);
-    bsdf_add(out, &lobe_mirror, weight, (double)m->ior);
+    lobe *coat = bsdf_add(out, &lobe_mirror, weight, 0);
+    if (coat && m->ior > 0) coat->fresnel = fresnel_of_ior((double)m->ior);
 }
 
 const material_type material_glazed = {

@@ -20,6 +20,7 @@ double material_alpha(const material *m, const material_point *point) {
 void material_evaluate(const material *m, const material_point *point, bsdf *out) {
     const material_common *common = m->desc;
     out->lobe_count = 0;
+    out->ior1 = out->ior2 = 1;
     out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
     out->ambient = dvec3_from(common->ambient);
     out->emission = point->outside || common->emit_two_sided

@@ -63,6 +63,14 @@ static inline void dvec3_frame(dvec3 n, dvec3 *t, dvec3 *b) {
     *b = (dvec3){c, sign + n.y * n.y * a, -n.y};
 }
 
+/* From the frame of the unit vector n, which is its z, to the space of n. */
+static inline dvec3 dvec3_from_frame(dvec3 n, dvec3 local) {
+    dvec3 t, b;
+    dvec3_frame(n, &t, &b);
+    return dvec3_add(dvec3_add(dvec3_scale(t, local.x), dvec3_scale(b, local.y)),
+                     dvec3_scale(n, local.z));
+}
+
 /* ---- bounds ---- */
 static inline bounds3 bounds3_empty(void) {
     return (bounds3){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
