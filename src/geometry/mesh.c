@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "geometry/surface.h"
+#include "sampling/warp.h"
 
 DESCRIBE_TABLE(mesh, MESH_FIELDS)
 
@@ -128,16 +129,15 @@ static double test_error(const dvec3 vertex[3]) {
     return FLOAT_EPSILON * (16 * extent + 2 * magnitude);
 }
 
-static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
-    const mesh_desc *mesh = desc;
-    const uint32_t *index = mesh->indices + 3 * (size_t)found->primitive;
+/* `away`: which way a triangle without an area faces. */
+static void surface_at(const mesh_desc *mesh, uint32_t triangle, const double weight[3], dvec3 away,
+                       surface *out) {
+    const uint32_t *index = mesh->indices + 3 * (size_t)triangle;
     dvec3 vertex[3];
     for (int i = 0; i < 3; i++) vertex[i] = dvec3_from(mesh->positions[index[i]]);
-    double weight[3];
-    hit_weights(found, weight);
     dvec3 ab = dvec3_sub(vertex[1], vertex[0]), ac = dvec3_sub(vertex[2], vertex[0]);
     dvec3 n = dvec3_normalize(dvec3_cross(ab, ac));
-    if (!(dvec3_dot(n, n) > 0)) n = dvec3_normalize(dvec3_negate(dvec3_from(beam->d)));
+    if (!(dvec3_dot(n, n) > 0)) n = dvec3_normalize(away);
     dvec3 p =
         dvec3_add(vertex[0], dvec3_add(dvec3_scale(ab, weight[1]), dvec3_scale(ac, weight[2])));
     *out = surface_make(p, n, test_error(vertex));
@@ -157,7 +157,28 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
         out->alpha = 0;
         for (int i = 0; i < 3; i++) out->alpha += weight[i] * alphas[index[i]] / 255;
     }
-    if (mesh->material_slots_count) out->material_slot = mesh->material_slots[found->primitive];
+    if (mesh->material_slots_count) out->material_slot = mesh->material_slots[triangle];
+}
+
+static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+    double weight[3];
+    hit_weights(found, weight);
+    surface_at(desc, found->primitive, weight, dvec3_negate(dvec3_from(beam->d)), out);
+}
+
+static double area(const void *desc, uint32_t primitive) {
+    const mesh_desc *mesh = desc;
+    const uint32_t *index = mesh->indices + 3 * (size_t)primitive;
+    dvec3 a = dvec3_from(mesh->positions[index[0]]);
+    dvec3 ab = dvec3_sub(dvec3_from(mesh->positions[index[1]]), a);
+    dvec3 ac = dvec3_sub(dvec3_from(mesh->positions[index[2]]), a);
+    return dvec3_length(dvec3_cross(ab, ac)) / 2;
+}
+
+static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
+    double weight[3];
+    warp_triangle(u, v, weight);
+    surface_at(desc, primitive, weight, (dvec3){0, 1, 0}, out);
 }
 
 extern const primitive_type primitive_mesh;
@@ -167,4 +188,6 @@ const primitive_type primitive_mesh = {
     .check = check,
     .bounds = bounds,
     .surface = fill_surface,
+    .area = area,
+    .sample_area = sample_area,
 };
