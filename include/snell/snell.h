@@ -732,10 +732,34 @@ static inline snell_point_light_desc snell_point_light_desc_init(size_t struct_s
 }
 SNELL_API snell_status snell_scene_add_point_light(snell_scene *scene, const snell_point_light_desc *desc, snell_light_id *out);
 
+typedef struct snell_spot_light_desc { /* shines from one point into a cone */
+    size_t struct_size;
+    snell_vec3 position; /* where it is; m; required */
+    snell_vec3 at; /* a point that it shines at; m; required */
+    snell_vec3 intensity; /* power per solid angle, on the axis; W/sr; >= 0 */
+    snell_vec3 power; /* instead of intensity: all the light that leaves the cone; W; >= 0 */
+    float cone; /* the half-angle from the axis to the edge, where it is dark; radians; 0.0001 to 3.14159 */
+    float blend; /* over this angle inside the edge it fades; 0: a hard edge; radians; 0 to 3.14159 */
+} snell_spot_light_desc;
+static inline snell_spot_light_desc snell_spot_light_desc_init(size_t struct_size) {
+    snell_spot_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.intensity.x = (float)1;
+    desc.intensity.y = (float)1;
+    desc.intensity.z = (float)1;
+    desc.cone = (float)0.52359879;
+    desc.blend = (float)0.0872664973;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_spot_light(snell_scene *scene, const snell_spot_light_desc *desc, snell_light_id *out);
+
 typedef struct snell_directional_light_desc { /* parallel light from far away */
     size_t struct_size;
     snell_vec3 direction; /* the way the light travels; required */
     snell_vec3 irradiance; /* on a surface that faces it; W/m^2; >= 0 */
+    float angle; /* across the disk that it comes from: the sun's is 0.53 degrees; 0: one direction; radians; 0 to 3.14159 */
+    bool visible; /* camera rays see the disk */
 } snell_directional_light_desc;
 static inline snell_directional_light_desc snell_directional_light_desc_init(size_t struct_size) {
     snell_directional_light_desc desc;
@@ -745,6 +769,7 @@ static inline snell_directional_light_desc snell_directional_light_desc_init(siz
     desc.irradiance.x = (float)1;
     desc.irradiance.y = (float)1;
     desc.irradiance.z = (float)1;
+    desc.visible = true;
     return desc;
 }
 SNELL_API snell_status snell_scene_add_directional_light(snell_scene *scene, const snell_directional_light_desc *desc, snell_light_id *out);
@@ -763,6 +788,118 @@ static inline snell_headlight_light_desc snell_headlight_light_desc_init(size_t 
     return desc;
 }
 SNELL_API snell_status snell_scene_add_headlight_light(snell_scene *scene, const snell_headlight_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_quad_light_desc { /* a rectangle that shines to one side */
+    size_t struct_size;
+    snell_vec3 corner; /* one corner; m */
+    snell_vec3 u; /* from the corner along one side; m */
+    snell_vec3 v; /* along the other; it shines towards cross(u, v); m */
+    snell_vec3 center; /* instead of corner: the centre; m */
+    snell_vec3 at; /* a point that it faces; m */
+    float width; /* of the level side; 0: corner, u and v; m; >= 0 */
+    float height; /* of the other; 0: as wide; m; >= 0 */
+    snell_vec3 radiance; /* that its outside sends; W/(m^2 sr); >= 0 */
+    snell_vec3 power; /* instead of radiance: L = P / (pi area); W; >= 0 */
+    bool visible; /* to camera rays; an invisible one casts no shadow either */
+} snell_quad_light_desc;
+static inline snell_quad_light_desc snell_quad_light_desc_init(size_t struct_size) {
+    snell_quad_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radiance.x = (float)1;
+    desc.radiance.y = (float)1;
+    desc.radiance.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_quad_light(snell_scene *scene, const snell_quad_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_disk_light_desc { /* a disk that shines to one side */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m; required */
+    snell_vec3 normal; /* the direction that it faces; required */
+    float radius; /* the radius; m; > 0 */
+    snell_vec3 radiance; /* that its outside sends; W/(m^2 sr); >= 0 */
+    snell_vec3 power; /* instead of radiance: L = P / (pi area); W; >= 0 */
+    bool visible; /* to camera rays; an invisible one casts no shadow either */
+} snell_disk_light_desc;
+static inline snell_disk_light_desc snell_disk_light_desc_init(size_t struct_size) {
+    snell_disk_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.normal.y = (float)-1;
+    desc.radius = (float)0.5;
+    desc.radiance.x = (float)1;
+    desc.radiance.y = (float)1;
+    desc.radiance.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_disk_light(snell_scene *scene, const snell_disk_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_sphere_light_desc { /* a sphere that shines */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m; required */
+    float radius; /* the radius; m; > 0 */
+    snell_vec3 radiance; /* that its outside sends; W/(m^2 sr); >= 0 */
+    snell_vec3 power; /* instead of radiance: L = P / (pi area); W; >= 0 */
+    bool visible; /* to camera rays; an invisible one casts no shadow either */
+} snell_sphere_light_desc;
+static inline snell_sphere_light_desc snell_sphere_light_desc_init(size_t struct_size) {
+    snell_sphere_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)0.5;
+    desc.radiance.x = (float)1;
+    desc.radiance.y = (float)1;
+    desc.radiance.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_sphere_light(snell_scene *scene, const snell_sphere_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_environment_light_desc { /* light from everywhere: a colour or an image of the surroundings */
+    size_t struct_size;
+    snell_input radiance; /* what comes from each direction; a texture is looked up by longitude and latitude; W/(m^2 sr); >= 0 */
+    float rotate; /* turns it about +Y, counter-clockwise seen from above; radians */
+    bool visible; /* camera rays see it; otherwise the background */
+} snell_environment_light_desc;
+static inline snell_environment_light_desc snell_environment_light_desc_init(size_t struct_size) {
+    snell_environment_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radiance.value.x = (float)1;
+    desc.radiance.value.y = (float)1;
+    desc.radiance.value.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_environment_light(snell_scene *scene, const snell_environment_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_sky_light_desc { /* a clear sky by day, without the sun itself */
+    size_t struct_size;
+    snell_vec3 sun; /* the direction towards the sun, at or over the horizon (+Y is up); required */
+    float turbidity; /* haze: 2 very clear, 3 clear, 6 hazy; 1.8 to 10 */
+    float scale; /* multiplies the sky's radiance; >= 0 */
+    snell_vec3 ground; /* the fraction that the ground below the horizon reflects; 0 to 1 */
+    bool visible; /* camera rays see it; otherwise the background */
+} snell_sky_light_desc;
+static inline snell_sky_light_desc snell_sky_light_desc_init(size_t struct_size) {
+    snell_sky_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.sun.x = (float)0.400000006;
+    desc.sun.y = (float)0.5;
+    desc.sun.z = (float)0.300000012;
+    desc.turbidity = (float)3;
+    desc.scale = (float)1;
+    desc.ground.x = (float)0.200000003;
+    desc.ground.y = (float)0.200000003;
+    desc.ground.z = (float)0.200000003;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_sky_light(snell_scene *scene, const snell_sky_light_desc *desc, snell_light_id *out);
 
 typedef struct snell_sphere_desc { /* a sphere */
     size_t struct_size;

@@ -146,9 +146,25 @@ snell_status snell_scene_add_point_light(snell_scene *s, const snell_point_light
     return status;
 }
 
-_Static_assert(sizeof(snell_directional_light_desc) == 32, "run tools/update_api");
+_Static_assert(sizeof(snell_spot_light_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, position) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, intensity) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, power) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, cone) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, blend) == 60, "run tools/update_api");
+snell_status snell_scene_add_spot_light(snell_scene *s, const snell_spot_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "spot", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_directional_light_desc) == 40, "run tools/update_api");
 _Static_assert(offsetof(snell_directional_light_desc, direction) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_directional_light_desc, irradiance) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_directional_light_desc, angle) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_directional_light_desc, visible) == 36, "run tools/update_api");
 snell_status snell_scene_add_directional_light(snell_scene *s, const snell_directional_light_desc *desc, snell_light_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "directional", desc, &index1);
@@ -161,6 +177,75 @@ _Static_assert(offsetof(snell_headlight_light_desc, intensity) == 8, "run tools/
 snell_status snell_scene_add_headlight_light(snell_scene *s, const snell_headlight_light_desc *desc, snell_light_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "headlight", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_quad_light_desc) == 104, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, corner) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, u) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, v) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, center) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, at) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, width) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, height) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, radiance) == 76, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, power) == 88, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, visible) == 100, "run tools/update_api");
+snell_status snell_scene_add_quad_light(snell_scene *s, const snell_quad_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "quad", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_disk_light_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, normal) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, radius) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, radiance) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, power) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, visible) == 60, "run tools/update_api");
+snell_status snell_scene_add_disk_light(snell_scene *s, const snell_disk_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "disk", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_sphere_light_desc) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, radius) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, radiance) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, power) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, visible) == 48, "run tools/update_api");
+snell_status snell_scene_add_sphere_light(snell_scene *s, const snell_sphere_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "sphere", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_environment_light_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_environment_light_desc, radiance) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_environment_light_desc, rotate) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_environment_light_desc, visible) == 32, "run tools/update_api");
+snell_status snell_scene_add_environment_light(snell_scene *s, const snell_environment_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "environment", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_sky_light_desc) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, sun) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, turbidity) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, scale) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, ground) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, visible) == 40, "run tools/update_api");
+snell_status snell_scene_add_sky_light(snell_scene *s, const snell_sky_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "sky", desc, &index1);
     if (!status && out) *out = (snell_light_id){index1, 0};
     return status;
 }

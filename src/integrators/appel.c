@@ -19,7 +19,7 @@ static bsdf without_traced_lobes(const bsdf *b, const shade_point *p) {
 static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
     bsdf matte = without_traced_lobes(b, p);
     emit_own_light(w, r, &matte);
-    emit_direct_light(w, r, p, &matte);
+    emit_direct_light(w, r, p, &matte, LOBES_LIT, LIGHT_CENTERS);
 }
 
 const integrator integrator_appel = {

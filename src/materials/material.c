@@ -17,14 +17,20 @@ double material_alpha(const material *m, const material_point *point) {
     return clamp01(alpha);
 }
 
+dvec3 material_emission(const material *m, const material_point *point) {
+    const material_common *common = m->desc;
+    if (!point->outside && !common->emit_two_sided) return (dvec3){0, 0, 0};
+    dvec3 sum = input_color(&common->emission, point->textures, &point->at);
+    if (m->type->emission) sum = dvec3_add(sum, m->type->emission(m->desc, point));
+    return sum;
+}
+
 void material_evaluate(const material *m, const material_point *point, bsdf *out) {
     const material_common *common = m->desc;
     out->lobe_count = 0;
     out->ior1 = out->ior2 = 1;
     out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
     out->ambient = dvec3_from(common->ambient);
-    out->emission = point->outside || common->emit_two_sided
-                        ? input_color(&common->emission, point->textures, &point->at)
-                        : (dvec3){0, 0, 0};
+    out->emission = m->shines ? material_emission(m, point) : (dvec3){0, 0, 0};
     m->type->fill(m->desc, point, out);
 }

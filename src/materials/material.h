@@ -50,6 +50,10 @@ typedef struct material_type {
     /* Adds this model's lobes for this point. out->ambient is k_a; a model that only traces sets it
      * to 0. */
     void (*fill)(const void *desc, const material_point *point, bsdf *out);
+    /* Radiance beside the common `emission`, for materials that shine by other fields. Both NULL:
+     * none. shines: might it anywhere? `materials` are the frozen ones before it. */
+    dvec3 (*emission)(const void *desc, const material_point *point);
+    bool (*shines)(const void *desc, const material *materials);
     /* The medium inside closed shapes of this material; NULL: it does not bound one. */
     medium (*inside)(const void *desc);
 } material_type;
@@ -63,10 +67,13 @@ struct material {
     const void *desc;  /* begins with material_common */
     bool opaque_alpha; /* alpha is 1 everywhere: shadow rays need not look */
     bool textured;     /* looks at u, v or the point */
+    bool shines;       /* has emission somewhere */
 };
 
 /* The whole bsdf: common fields and lobes. */
 void material_evaluate(const material *m, const material_point *point, bsdf *out);
+/* The radiance that it sends out at the point; 0 from the inside, unless emit_two_sided. */
+dvec3 material_emission(const material *m, const material_point *point);
 /* The opacity alone, for rays that pass through. */
 double material_alpha(const material *m, const material_point *point);
 

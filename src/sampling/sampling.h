@@ -6,7 +6,17 @@
 #include <stdint.h>
 
 /* What a number is drawn for: streams of different purposes are independent. */
-typedef enum sample_purpose { SAMPLE_PIXEL = 1 } sample_purpose;
+typedef enum sample_purpose {
+    SAMPLE_PIXEL = 1,
+    SAMPLE_LENS,
+    SAMPLE_TIME,
+    SAMPLE_LIGHT_CHOICE,
+    SAMPLE_LIGHT,
+    SAMPLE_LOBE,
+    SAMPLE_DIRECTION,
+    SAMPLE_ROULETTE,
+    SAMPLE_ALPHA
+} sample_purpose;
 
 /* A bijective mix of 64 bits (the finaliser of SplitMix64: Steele, Lea, Flood, OOPSLA 2014). */
 uint64_t hash_mix(uint64_t x);
@@ -15,9 +25,9 @@ uint64_t hash_mix(uint64_t x);
 #define PATH_CODE_CAMERA 1
 uint64_t path_code_child(uint64_t parent, uint32_t slot);
 
-/* One stream of sample points. */
-uint64_t sample_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y, uint64_t path_code,
-                       sample_purpose purpose);
+/* One stream of sample points: for a path and a purpose, of a pixel. */
+uint64_t sample_pixel_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y);
+uint64_t sample_stream(uint64_t pixel_stream, uint64_t path_code, sample_purpose purpose);
 
 typedef struct sample2 {
     double x, y; /* [0, 1) */

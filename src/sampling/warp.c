@@ -21,3 +21,16 @@ void warp_triangle(double u, double v, double weight[3]) {
     weight[1] = root * (1 - v);
     weight[2] = root * v;
 }
+
+dvec3 warp_cosine_hemisphere(sample2 u) {
+    warp_polar disk = warp_disk(u.x, u.y);
+    return (dvec3){disk.radius * disk.cosine, disk.radius * disk.sine,
+                   sqrt(double_max(0, 1 - disk.radius * disk.radius))};
+}
+
+dvec3 warp_uniform_cone(sample2 u, double height) {
+    warp_polar disk = warp_disk(u.x, u.y);
+    double below = disk.radius * disk.radius * height; /* 1 - cos */
+    double sine = sqrt(double_max(0, below * (2 - below)));
+    return (dvec3){sine * disk.cosine, sine * disk.sine, 1 - below};
+}

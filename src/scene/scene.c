@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "geometry/surface.h"
+#include "scene/lights.h"
 #include "scene/settings.h"
 
 /* The grey Lambert of shapes without a material: its desc with every default. */
@@ -26,19 +27,64 @@ static bool is_textured(const scene *s, const object *o) {
     return false;
 }
 
+static bool can_shine(const scene *s, const material *m) {
+    const material_common *common = m->desc;
+    return vec3_largest(common->emission.value) > 0 ||
+           (m->type->shines && m->type->shines(m->desc, s->materials));
+}
+
+/* The black material of a light's shape, which only shines. */
+static snell_status make_body_material(scene *s, light_body *body) {
+    const type_info *info = &material_lambert.info;
+    const snell_param black = {.name = "color", .kind = SNELL_PARAM_FLOAT, .value.f = 0};
+    body->material_desc = memory_zeroed(1, info->desc_size);
+    if (body->material_desc == NULL) return error_no_memory();
+    desc_init(info, body->material_desc);
+    snell_status status = desc_set(info, body->material_desc, &black);
+    material_common *common = body->material_desc;
+    common->ambient = (vec3){0, 0, 0};
+    common->emission.value = vec3_from(body->shape.radiance);
+    s->materials[s->material_count + s->body_count] =
+        (material){&material_lambert, body->material_desc, true, false,
+                   vec3_largest(common->emission.value) > 0};
+    return status;
+}
+
+/* Lights that are surfaces become shapes with a material; the others are made ready to be sampled. */
+static snell_status freeze_light_objects(scene *s, const object_list *lights) {
+    for (size_t i = 0; i < lights->count; i++) {
+        const object *o = &lights->items[i];
+        const light_type *type = (const light_type *)o->type;
+        snell_status status = SNELL_OK;
+        if (type->shape) {
+            light_body *body = &s->bodies[s->body_count];
+            status = type->shape(o->desc, &body->shape);
+            if (status) return status;
+            s->body_count++; /* from here on it is freed with the scene */
+            status = make_body_material(s, body);
+        } else {
+            light *l = &s->lights[s->light_count++];
+            *l = (light){type, o->desc, NULL, s->textures};
+            if (type->prepare) status = type->prepare(o->desc, s->textures, &l->state);
+        }
+        if (status) return status;
+    }
+    return SNELL_OK;
+}
+
 static snell_status freeze_objects(scene *s, const description *d) {
     const object_list *textures = &d->objects[CATEGORY_TEXTURE];
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
     const object_list *lights = &d->objects[CATEGORY_LIGHT];
     s->textures = memory_zeroed(textures->count, sizeof *s->textures);
-    s->materials = memory_zeroed(materials->count + 1, sizeof *s->materials);
+    s->materials = memory_zeroed(materials->count + 1 + lights->count, sizeof *s->materials);
     s->lights = memory_zeroed(lights->count, sizeof *s->lights);
+    s->bodies = memory_zeroed(lights->count, sizeof *s->bodies);
     s->default_material = memory_zeroed(1, material_lambert.info.desc_size);
-    if (!s->textures || !s->materials || !s->lights || !s->default_material)
+    if (!s->textures || !s->materials || !s->lights || !s->bodies || !s->default_material)
         return error_no_memory();
     s->texture_count = (uint32_t)textures->count;
     s->material_count = (uint32_t)materials->count;
-    s->light_count = (uint32_t)lights->count;
     for (size_t i = 0; i < textures->count; i++) {
         const object *o = &textures->items[i];
         s->textures[i] = (texture){(const texture_type *)o->type, o->desc};
@@ -48,16 +94,13 @@ static snell_status freeze_objects(scene *s, const description *d) {
         const material_common *common = o->desc;
         bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1;
         s->materials[i] =
-            (material){(const material_type *)o->type, o->desc, opaque, is_textured(s, o)};
-    }
-    for (size_t i = 0; i < lights->count; i++) {
-        const object *o = &lights->items[i];
-        s->lights[i] = (light){(const light_type *)o->type, o->desc};
+            (material){(const material_type *)o->type, o->desc, opaque, is_textured(s, o), false};
+        s->materials[i].shines = can_shine(s, &s->materials[i]);
     }
     desc_init(&material_lambert.info, s->default_material);
     s->materials[materials->count] =
-        (material){&material_lambert, s->default_material, true, false};
-    return SNELL_OK;
+        (material){&material_lambert, s->default_material, true, false, false};
+    return freeze_light_objects(s, lights);
 }
 
 static void freeze_settings(scene *s, const description *d) {
@@ -145,13 +188,35 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
     return SNELL_OK;
 }
 
+/* The shapes of lights stand behind all others. */
+static void freeze_bodies(scene *s, uint32_t shape_count, accel_geometry *geometries,
+                          accel_instance *instances) {
+    for (uint32_t i = 0; i < s->body_count; i++) {
+        const light_shape *shape = &s->bodies[i].shape;
+        uint32_t index = s->instance_count++;
+        geometries[shape_count + i] = (accel_geometry){shape->type, shape->desc};
+        s->instances[index] = (scene_instance){.type = shape->type,
+                                               .shape = shape->desc,
+                                               .shape_index = NO_ID,
+                                               .material = s->material_count + 1 + i,
+                                               .identity = true,
+                                               .to_world = transform_identity(),
+                                               .to_local = transform_identity()};
+        s->instance_ids[index] = NO_ID;
+        instances[index] =
+            (accel_instance){shape_count + i, shape->visible ? MASK_LIGHT : MASK_LIGHT_HIDDEN, true,
+                             transform_identity(), transform_identity()};
+    }
+}
+
 static snell_status freeze_geometry(scene *s, const description *d, const scene_options *options,
                                     thread_pool *pool) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    accel_geometry *geometries = memory_zeroed(shapes->count, sizeof *geometries);
-    accel_instance *instances = memory_zeroed(d->instance_count, sizeof *instances);
-    s->instances = memory_zeroed(d->instance_count, sizeof *s->instances);
-    s->instance_ids = memory_zeroed(d->instance_count, sizeof *s->instance_ids);
+    size_t most = d->instance_count + s->body_count;
+    accel_geometry *geometries = memory_zeroed(shapes->count + s->body_count, sizeof *geometries);
+    accel_instance *instances = memory_zeroed(most, sizeof *instances);
+    s->instances = memory_zeroed(most, sizeof *s->instances);
+    s->instance_ids = memory_zeroed(most, sizeof *s->instance_ids);
     snell_status status = SNELL_OK;
     if (!geometries || !instances || !s->instances || !s->instance_ids) status = error_no_memory();
     if (!status) status = freeze_instances(s, d, instances);
@@ -159,10 +224,13 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
         for (size_t i = 0; i < shapes->count; i++)
             geometries[i] = (accel_geometry){(const primitive_type *)shapes->items[i].type,
                                              shapes->items[i].desc};
-        accel_input input = {geometries, shapes->count, instances, s->instance_count};
+        freeze_bodies(s, (uint32_t)shapes->count, geometries, instances);
+        accel_input input = {geometries, shapes->count + s->body_count, instances,
+                             s->instance_count};
         status = accel_build(&input, &options->accel, pool, &s->accel);
     }
     if (!status) s->bounds = accel_bounds(s->accel);
+    if (!status) status = scene_freeze_lights(s);
     free(geometries);
     free(instances);
     return status;
@@ -185,6 +253,14 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
 void scene_destroy(scene *s) {
     if (s == NULL) return;
     accel_destroy(s->accel);
+    scene_free_lights(s);
+    for (uint32_t i = 0; i < s->light_count; i++)
+        if (s->lights[i].type->release) s->lights[i].type->release(s->lights[i].state);
+    for (uint32_t i = 0; i < s->body_count; i++) {
+        desc_free(&s->bodies[i].shape.type->info, s->bodies[i].shape.desc);
+        desc_free(&material_lambert.info, s->bodies[i].material_desc);
+    }
+    free(s->bodies);
     free(s->textures);
     free(s->materials);
     free(s->default_material);
@@ -205,8 +281,17 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     local_ray beam = local_ray_make(r, &at->to_local, at->identity);
     surface here;
     at->type->surface(at->shape, &beam, h, &here);
+    dvec3 wo = dvec3_normalize(dvec3_negate(dvec3_from(r->d)));
+    scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
+}
+
+void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
+                         dvec3 wo, shade_point *out) {
+    (void)time;
+    const scene_instance *at = &s->instances[id];
     if (at->type->parametrise && s->materials[at->material].textured)
-        at->type->parametrise(at->shape, &here);
+        at->type->parametrise(at->shape, on);
+    surface here = *on;
     dvec3 local = here.p, local_n = here.n;
     if (!at->identity) surface_to_world(&here, &at->to_world, &at->to_local);
     uint32_t index = at->material;
@@ -216,7 +301,6 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
         if (mesh->material_slots_count) index = mesh->materials[here.material_slot].index1 - 1;
         has_uv = mesh->uvs_count != 0;
     }
-    dvec3 wo = dvec3_normalize(dvec3_negate(dvec3_from(r->d)));
     bool outside = dvec3_dot(here.n, wo) >= 0;
     *out =
         (shade_point){.p = here.p,
@@ -225,8 +309,8 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
                       .ns = outside ? here.ns : dvec3_negate(here.ns),
                       .outside = outside,
                       .clearance = here.error,
-                      .instance = h->instance,
-                      .primitive = h->primitive,
+                      .instance = id,
+                      .primitive = primitive,
                       .flat = at->type->flat,
                       .material = &s->materials[index],
                       .at = {.at = {here.u, here.v, has_uv && !at->type->unbounded, local, local_n},

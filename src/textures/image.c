@@ -112,8 +112,14 @@ static texel evaluate(const void *desc, const texture_point *point) {
     return pick_channel(blend(upper, lower, fy), image->channel);
 }
 
+static void size(const void *desc, uint32_t *width, uint32_t *height) {
+    *width = (uint32_t)((const image_desc *)desc)->width;
+    *height = (uint32_t)((const image_desc *)desc)->height;
+}
+
 const texture_type texture_image = {
     .info = TYPE_INFO(CATEGORY_TEXTURE, image, "image", "an image over the surface"),
     .check = check,
     .evaluate = evaluate,
+    .size = size,
 };

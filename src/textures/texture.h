@@ -22,6 +22,7 @@ typedef struct texture_type {
     type_info info;
     snell_status (*check)(const void *desc); /* beyond the table; NULL: nothing */
     texel (*evaluate)(const void *desc, const texture_point *point);
+    void (*size)(const void *desc, uint32_t *width, uint32_t *height); /* in pixels; NULL: none */
 } texture_type;
 
 extern const texture_type *const texture_types[];
