@@ -16,7 +16,10 @@ DESCRIBE(lathe, LATHE_FIELDS)
 static revolved revolved_of(const void *desc) {
     const lathe_desc *lathe = desc;
     vec2 first = lathe->profile[0], last = lathe->profile[lathe->profile_count - 1];
-    return (revolved){.x = {1, 0, 0},
+    double middle = ((double)first.y + (double)last.y) / 2;
+    return (revolved){.origin = {0, middle, 0},
+                      .base = middle,
+                      .x = {1, 0, 0},
                       .y = {0, 1, 0},
                       .z = {0, 0, 1},
                       .profile = lathe->profile,

@@ -6,7 +6,7 @@
 
 static profile_point point_at(const revolved *shape, size_t i) {
     if (shape->profile == NULL) return shape->own[i];
-    return (profile_point){shape->profile[i].x, shape->profile[i].y};
+    return (profile_point){shape->profile[i].x, shape->profile[i].y - shape->base};
 }
 
 static size_t piece_count(const revolved *shape) { return shape->count - 1; }

@@ -15,6 +15,7 @@ typedef struct profile_point {
 typedef struct revolved {
     dvec3 origin, x, y, z;     /* an orthonormal right-handed frame; the axis is y */
     const snell_vec2 *profile; /* the line; NULL: it is `own`, with caps of their own coordinates */
+    double base; /* the origin's height in `profile`: what lies far up the axis loses no digits */
     profile_point own[4];
     size_t count; /* points, at least 2 */
     bool capped;  /* of `own`: its first and last piece are caps */
