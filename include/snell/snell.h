@@ -1000,6 +1000,74 @@ static inline snell_mesh_desc snell_mesh_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_mesh(snell_scene *scene, const snell_mesh_desc *desc, snell_shape_id *out);
 
+typedef struct snell_cylinder_desc { /* a cylinder, closed or a tube */
+    size_t struct_size;
+    snell_vec3 from; /* the middle of one end; m; required */
+    snell_vec3 to; /* the middle of the other end; m; required */
+    float radius; /* the radius; m; > 0 */
+    bool capped; /* closed by a disk at both ends */
+} snell_cylinder_desc;
+static inline snell_cylinder_desc snell_cylinder_desc_init(size_t struct_size) {
+    snell_cylinder_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)1;
+    desc.capped = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_cylinder(snell_scene *scene, const snell_cylinder_desc *desc, snell_shape_id *out);
+
+typedef struct snell_cone_desc { /* a cone, whole or cut off */
+    size_t struct_size;
+    snell_vec3 from; /* the middle of the base; m; required */
+    snell_vec3 to; /* the tip, or the middle of the other end; m; required */
+    float radius; /* the radius at 'from'; m; >= 0 */
+    float radius_to; /* the radius at 'to', 0 for a tip; m; >= 0 */
+    bool capped; /* closed by a disk at both ends */
+} snell_cone_desc;
+static inline snell_cone_desc snell_cone_desc_init(size_t struct_size) {
+    snell_cone_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)1;
+    desc.capped = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_cone(snell_scene *scene, const snell_cone_desc *desc, snell_shape_id *out);
+
+typedef struct snell_torus_desc { /* a ring with a round tube */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m */
+    snell_vec3 axis; /* the direction that the ring lies around */
+    float major; /* from the centre to the middle of the tube; m; > 0 */
+    float minor; /* the tube's radius, less than 'major'; m; > 0 */
+} snell_torus_desc;
+static inline snell_torus_desc snell_torus_desc_init(size_t struct_size) {
+    snell_torus_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.axis.y = (float)1;
+    desc.major = (float)1;
+    desc.minor = (float)0.25;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_torus(snell_scene *scene, const snell_torus_desc *desc, snell_shape_id *out);
+
+typedef struct snell_lathe_desc { /* a line turned about the Y axis: vases, glasses, chess pieces */
+    size_t struct_size;
+    const snell_vec2 *profile; /* points {radius, height}, at least two, joined by straight lines; m; required */
+    size_t profile_count;
+    bool smooth; /* shade joints of less than 40 degrees as one curve */
+} snell_lathe_desc;
+static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
+    snell_lathe_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.smooth = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
+
 typedef struct snell_perspective_camera_desc { /* a pinhole camera */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */

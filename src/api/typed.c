@@ -319,6 +319,53 @@ snell_status snell_scene_add_mesh(snell_scene *s, const snell_mesh_desc *desc, s
     return status;
 }
 
+_Static_assert(sizeof(snell_cylinder_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, to) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, radius) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, capped) == 36, "run tools/update_api");
+snell_status snell_scene_add_cylinder(snell_scene *s, const snell_cylinder_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "cylinder", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_cone_desc) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, to) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, radius) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, radius_to) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, capped) == 40, "run tools/update_api");
+snell_status snell_scene_add_cone(snell_scene *s, const snell_cone_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "cone", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_torus_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, axis) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, major) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, minor) == 36, "run tools/update_api");
+snell_status snell_scene_add_torus(snell_scene *s, const snell_torus_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "torus", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_lathe_desc) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_lathe_desc, profile) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_lathe_desc, smooth) == 24, "run tools/update_api");
+snell_status snell_scene_add_lathe(snell_scene *s, const snell_lathe_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "lathe", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_perspective_camera_desc) == 48, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, from) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, at) == 20, "run tools/update_api");

@@ -100,7 +100,7 @@ static bool in_lists(const word_list *lists, size_t count, const char *label, co
 /* Looked up only for words that no registered type has, so what arrives needs no change here. */
 bool scene_is_later(const char *label, const char *word) {
     static const word_list later[] = {
-        {NULL, "cylinder|cone|torus|lathe|union|intersection|difference|animation|time|frame"},
+        {NULL, "union|intersection|difference|animation|time|frame"},
         {"material", "phong|conductor|cook_torrance|ggx|principled|emissive"},
         {"texture", "noise|gradient"},
         {"camera", "orthographic|panorama|fisheye"},
