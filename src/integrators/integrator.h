@@ -24,14 +24,15 @@ typedef enum ray_kind {
 /* A ray with all that a recursion would have kept on its stack. */
 typedef struct path_ray {
     ray ray;
-    vec3 weight;    /* how much of what it finds reaches the pixel */
-    uint32_t pixel; /* of the block */
-    uint64_t code;  /* path code: a hash of the way from the camera */
-    media media;    /* what it travels in */
-    uint16_t depth; /* camera ray 0, each child one more */
-    uint8_t kind;   /* ray_kind */
-    bool primary;   /* a camera ray, or one walked on through transparent surfaces */
-    float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
+    vec3 weight;     /* how much of what it finds reaches the pixel */
+    uint32_t pixel;  /* of the block */
+    uint32_t sample; /* of the pixel: the index in its streams */
+    uint64_t code;   /* path code: a hash of the way from the camera */
+    media media;     /* what it travels in */
+    uint16_t depth;  /* camera ray 0, each child one more */
+    uint8_t kind;    /* ray_kind */
+    bool primary;    /* a camera ray, or one walked on through transparent surfaces */
+    float coverage;  /* of a primary ray: the share of the pixel that nothing has covered yet */
 } path_ray;
 
 typedef struct wave wave;

@@ -30,7 +30,7 @@ struct wave {
     hit *hits;
     uint8_t *blocked;
     film_block *film;
-    uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
+    uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* sample_pixel_stream of each pixel */
     bool out_of_memory, stopped;
     bool (*go_on)(void *user, const wave_stats *stats);
     void *user;
@@ -125,6 +125,7 @@ void emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 w
                       .weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight)),
                       .pixel = r->pixel,
                       .code = path_code_child(r->code, slot),
+                      .sample = r->sample,
                       .media = *m,
                       .depth = (uint16_t)(r->depth + 1),
                       .kind = (uint8_t)kind};
@@ -386,7 +387,9 @@ static void advance(block_cursor *c) {
 static void push_camera_ray(wave *w, const block_cursor *c) {
     const wave_settings *s = &w->settings;
     sample2 place = {0.5, 0.5};
-    if (!s->pixel_center) place = sample_point(w->streams[c->pixel], c->sample);
+    if (!s->pixel_center)
+        place = sample_point(sample_stream(w->streams[c->pixel], PATH_CODE_CAMERA, SAMPLE_PIXEL),
+                             c->sample);
     camera_sample at = {c->x + place.x, c->y + place.y};
     path_ray *r = &w->pool[w->pool_count++];
     vec3 o, d;
@@ -394,7 +397,8 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
     *r = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
                     .weight = {1, 1, 1},
                     .pixel = c->pixel,
-                    .code = path_code_child(PATH_CODE_CAMERA, c->sample),
+                    .code = PATH_CODE_CAMERA,
+                    .sample = c->sample,
                     .media = s->camera_media,
                     .kind = RAY_CAMERA,
                     .primary = true,
@@ -407,8 +411,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
                                bool (*go_on)(void *user, const wave_stats *stats), void *user) {
     block_cursor next = {x0, y0, x1, y1, x0, y0, 0, 0};
     for (block_cursor c = next; c.sample == 0; advance(&c))
-        w->streams[c.pixel] =
-            sample_stream(w->settings.seed, c.x, c.y, PATH_CODE_CAMERA, SAMPLE_PIXEL);
+        w->streams[c.pixel] = sample_pixel_stream(w->settings.seed, c.x, c.y);
     size_t size = w->settings.wave_size;
     film_block_clear(block);
     w->film = block;
