@@ -95,7 +95,7 @@ static void sample_area(const void *desc, uint32_t primitive, double u, double v
     (void)primitive;
     const disk_desc *disk = desc;
     double r = disk->radius, inner = disk->inner_radius;
-    warp_polar polar = warp_disk(u, v);
+    warp_polar polar = warp_disk_polar((sample2){u, v});
     double square = polar.radius * polar.radius;
     double distance =
         inner > 0 ? sqrt(inner * inner + square * (r - inner) * (r + inner)) : polar.radius * r;

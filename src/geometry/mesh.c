@@ -176,8 +176,8 @@ static double area(const void *desc, uint32_t primitive) {
 }
 
 static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
-    double weight[3];
-    warp_triangle(u, v, weight);
+    sample2 at = warp_triangle((sample2){u, v});
+    double weight[3] = {1 - at.x - at.y, at.x, at.y};
     surface_at(desc, primitive, weight, (dvec3){0, 1, 0}, out);
 }
 

@@ -115,7 +115,7 @@ static bool sample_toward(const void *desc, dvec3 from, double u, double v, surf
     const sphere_desc *sphere = desc;
     double sin2_max, width;
     if (!cone_from(sphere, from, &sin2_max, &width)) return false;
-    warp_polar disk = warp_disk(u, v);
+    warp_polar disk = warp_disk_polar((sample2){u, v});
     double below = disk.radius * disk.radius * width; /* 1 - cos theta */
     double sin2 = below * (2 - below), sin = sqrt(sin2), cos = 1 - below;
     double sin_beta = double_min(sqrt(sin2 / sin2_max), 1);

@@ -37,7 +37,7 @@ static bool sample(const light *l, dvec3 p, dvec3 eye, sample2 u, light_sample *
     if (!(desc->angle > 0)) return true;
     double height = disk_height(desc);
     out->to_light = out->to_end =
-        dvec3_normalize(dvec3_from_frame(d, warp_uniform_cone(u, height)));
+        dvec3_normalize(dvec3_from_frame(d, warp_cone(u, height)));
     out->light = disk_radiance(desc);
     out->pdf = 1 / (2 * PI * height);
     return true;
