@@ -81,18 +81,25 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
     n[axis] = upper ? 1 : -1;
     /* The planes lie on floats and the sign of plane - o is exact: no error at all. */
     *out = surface_make((dvec3){p[0], p[1], p[2]}, (dvec3){n[0], n[1], n[2]}, 0);
+    double x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
     switch (axis) {
     case 0:
         out->u = upper ? 1 - part[2] : part[2];
         out->v = part[1];
+        out->dpdu = (dvec3){0, 0, upper ? -z : z};
+        out->dpdv = (dvec3){0, y, 0};
         break;
     case 1:
         out->u = part[0];
         out->v = upper ? 1 - part[2] : part[2];
+        out->dpdu = (dvec3){x, 0, 0};
+        out->dpdv = (dvec3){0, 0, upper ? -z : z};
         break;
     default:
         out->u = upper ? part[0] : 1 - part[0];
         out->v = part[1];
+        out->dpdu = (dvec3){upper ? x : -x, 0, 0};
+        out->dpdv = (dvec3){0, y, 0};
         break;
     }
 }

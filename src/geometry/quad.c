@@ -79,6 +79,8 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
     *out = surface_make(p, dvec3_normalize(n), 16 * DOUBLE_EPSILON * size * (sides / area));
     out->u = a;
     out->v = b;
+    out->dpdu = u;
+    out->dpdv = v;
 }
 
 extern const primitive_type primitive_quad;

@@ -103,10 +103,9 @@ bool scene_is_later(const char *label, const char *word) {
         {NULL, "cylinder|cone|torus|lathe|union|intersection|difference|animation|time|frame"},
         {"material", "phong|conductor|cook_torrance|ggx|principled|emissive"},
         {"light", "spot|quad|disk|sphere|environment"},
-        {"texture", "noise|gradient"},
         {"camera", "orthographic|panorama|fisheye"},
-        {"word", "cook|path|tent|gaussian|blackman-harris|aces|agx|triplanar|spherical"},
-        {"field", "motion|normal_map|bump|roughness|angle|visible|lens_radius|focus|shutter|medium|"
+        {"word", "cook|path|tent|gaussian|blackman-harris|aces|agx"},
+        {"field", "motion|roughness|angle|visible|lens_radius|focus|shutter|medium|"
                   "filter|filter_radius"}};
     return in_lists(later, sizeof later / sizeof later[0], label, word);
 }

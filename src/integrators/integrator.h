@@ -31,7 +31,9 @@ typedef struct path_ray {
     uint16_t depth; /* camera ray 0, each child one more */
     uint8_t kind;   /* ray_kind */
     bool primary;   /* a camera ray, or one walked on through transparent surfaces */
+    bool has_differential;
     float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
+    ray_differential differential; /* to the next sample's ray, where has_differential */
 } path_ray;
 
 typedef struct wave wave;
@@ -54,9 +56,10 @@ const scene *wave_scene(const wave *w);
 void emit_radiance(wave *w, const path_ray *r, dvec3 radiance);
 /* A child of r from p into direction d, carrying `weight` of what it finds, in `m`. slot: which
  * child (0, 1, ..). Deeper than max_depth it is black and not traced; below min_weight it is
- * dropped and counted. */
-void emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
-              const media *m, uint32_t slot, ray_kind kind);
+ * dropped and counted. NULL then; otherwise the child, until
+ * the next is emitted. */
+path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
+                   const media *m, uint32_t slot, ray_kind kind);
 /* r walks on through p as if it were not there, at the same depth. */
 void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m);
 /* Direct light: for every light a shadow ray that brings f(wo, wi) E max(0, n.l) if nothing blocks

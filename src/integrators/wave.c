@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "integrators/differential.h"
 #include "integrators/integrator.h"
 #include "sampling/sampling.h"
 
@@ -100,13 +101,14 @@ void emit_background(wave *w, const path_ray *r) {
     emit_radiance(w, r, radiance);
 }
 
-static void push_ray(wave *w, const path_ray *child) {
+static path_ray *push_ray(wave *w, const path_ray *child) {
     if (!ARRAY_GROW(w->next, w->next_count, w->next_capacity, 1)) {
         w->out_of_memory = true;
-        return;
+        return NULL;
     }
     w->next[w->next_count++] = *child;
     w->stats.rays[child->kind]++;
+    return &w->next[w->next_count - 1];
 }
 
 /* min_weight only saves time: what it drops is counted. */
@@ -118,9 +120,9 @@ static bool matters(wave *w, vec3 weight) {
     return false;
 }
 
-void emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
-              const media *m, uint32_t slot, ray_kind kind) {
-    if (r->depth >= w->settings.max_depth) return;
+path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
+                   const media *m, uint32_t slot, ray_kind kind) {
+    if (r->depth >= w->settings.max_depth) return NULL;
     path_ray child = {.ray = scene_spawn_ray(p, d, INFINITY),
                       .weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight)),
                       .pixel = r->pixel,
@@ -129,7 +131,7 @@ void emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 w
                       .depth = (uint16_t)(r->depth + 1),
                       .kind = (uint8_t)kind};
     child.ray.time = r->ray.time;
-    if (matters(w, child.weight)) push_ray(w, &child);
+    return matters(w, child.weight) ? push_ray(w, &child) : NULL;
 }
 
 void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m) {
@@ -310,6 +312,9 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     absorb(w, r, (double)h->t);
     shade_point p;
     scene_shade_point(w->settings.scene, &r->ray, h, &p);
+    if (r->has_differential)
+        scene_set_footprint(w->settings.scene, &r->ray, &r->differential, h, &p);
+    if (p.material->bends) scene_bend_normal(w->settings.scene, &p);
     bsdf b;
     material_evaluate(p.material, &p.at, &b);
     media beyond;
@@ -399,6 +404,7 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
                     .kind = RAY_CAMERA,
                     .primary = true,
                     .coverage = 1};
+    if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
     w->stats.rays[RAY_CAMERA]++;
 }
 

@@ -8,7 +8,7 @@
  *
  * and Beer's law on the way, which the wave loop applies to every ray before its hit is asked about
  * (Bikker, "Whitted", where glass has no colour of its own). */
-#include "integrators/integrator.h"
+#include "integrators/differential.h"
 
 /* A reflection about a shading normal that would go below the surface is bent back above it. */
 static dvec3 mirror_direction(const shade_point *p) {
@@ -20,8 +20,9 @@ static dvec3 mirror_direction(const shade_point *p) {
 static void follow_mirror(wave *w, const path_ray *r, const shade_point *p, const lobe *l,
                           uint32_t slot) {
     double fresnel = l->ior > 0 ? fresnel_dielectric(dvec3_dot(p->wo, p->ns), 1, l->ior) : 1;
-    emit_ray(w, r, p, mirror_direction(p), dvec3_scale(l->weight, fresnel), &r->media, slot,
-             RAY_REFLECTED);
+    path_ray *child = emit_ray(w, r, p, mirror_direction(p), dvec3_scale(l->weight, fresnel),
+                               &r->media, slot, RAY_REFLECTED);
+    differential_of_mirror(r, p, child);
 }
 
 /* Both branches of the tree, by Snell and Fresnel. */
@@ -35,12 +36,15 @@ static void follow_interface(wave *w, const path_ray *r, const shade_point *p, c
     double ior1 = media_current(&r->media, wave_scene(w))->ior,
            ior2 = media_current(&beyond, wave_scene(w))->ior;
     double fresnel = fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2);
-    emit_ray(w, r, p, mirror_direction(p), (dvec3){fresnel, fresnel, fresnel}, &r->media, slot,
-             RAY_REFLECTED);
+    path_ray *child = emit_ray(w, r, p, mirror_direction(p), (dvec3){fresnel, fresnel, fresnel},
+                               &r->media, slot, RAY_REFLECTED);
+    differential_of_mirror(r, p, child);
     dvec3 d;
     if (!refract_direction(p->wo, p->ns, ior1 / ior2, &d)) return;
     if (dvec3_dot(d, p->n) >= 0 && !refract_direction(p->wo, p->n, ior1 / ior2, &d)) return;
-    emit_ray(w, r, p, d, dvec3_scale(l->weight, 1 - fresnel), &beyond, slot + 1, RAY_REFRACTED);
+    child =
+        emit_ray(w, r, p, d, dvec3_scale(l->weight, 1 - fresnel), &beyond, slot + 1, RAY_REFRACTED);
+    differential_of_interface(r, p, ior1 / ior2, child);
 }
 
 static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
