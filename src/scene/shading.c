@@ -57,19 +57,20 @@ static double signed_component(double c) {
     return (value < 0 ? dead - size : size - dead) / (1 - dead);
 }
 
-/* Right-handed or not as u and v are, so that green is up on mirrored uvs too. */
-static void tangent_frame(const scene_instance *at, const texture *map, const shade_point *p,
+/* Right-handed or not as u and v are, so that green is up on mirrored uvs too. false: u has no
+ * direction. */
+static bool tangent_frame(const scene_instance *at, const texture *map, const shade_point *p,
                           dvec3 n, dvec3 *t, dvec3 *b) {
     dvec3 u, v;
     texture_axes(map->map, &p->at.at, &u, &v);
     u = transform_vector(&at->to_world, u);
     v = transform_vector(&at->to_world, v);
     dvec3 along = dvec3_sub(u, dvec3_scale(n, dvec3_dot(n, u)));
-    dvec3_frame(n, t, b);
-    if (!(dvec3_length(along) > 1e-6 * dvec3_length(u))) return;
+    if (!(dvec3_length(along) > 1e-6 * dvec3_length(u))) return false;
     *t = dvec3_normalize(along);
     *b = dvec3_cross(n, *t);
     if (dvec3_dot(*b, v) < 0) *b = dvec3_negate(*b);
+    return true;
 }
 
 static dvec3 mapped_normal(const scene_instance *at, const material_common *m, const shade_point *p,
@@ -79,9 +80,9 @@ static dvec3 mapped_normal(const scene_instance *at, const material_common *m, c
     double scale = input_scalar(&m->normal_scale, textures, &p->at.at);
     double x = scale * signed_component(color.x), y = scale * signed_component(color.y),
            z = 2 * color.z - 1;
-    if (x == 0 && y == 0) return n;
+    const texture *map = &textures[m->normal_map.index1 - 1];
     dvec3 t, b;
-    tangent_frame(at, &textures[m->normal_map.index1 - 1], p, n, &t, &b);
+    if ((x == 0 && y == 0) || !tangent_frame(at, map, p, n, &t, &b)) return n;
     return dvec3_normalize(
         dvec3_add(dvec3_scale(n, z), dvec3_add(dvec3_scale(t, x), dvec3_scale(b, y))));
 }
