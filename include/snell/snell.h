@@ -475,7 +475,7 @@ enum { SNELL_IMAGE_TEXTURE_CHANNEL_RGB, SNELL_IMAGE_TEXTURE_CHANNEL_R, SNELL_IMA
 enum { SNELL_IMAGE_TEXTURE_WRAP_U_REPEAT, SNELL_IMAGE_TEXTURE_WRAP_U_CLAMP, SNELL_IMAGE_TEXTURE_WRAP_U_MIRROR };
 enum { SNELL_IMAGE_TEXTURE_WRAP_V_REPEAT, SNELL_IMAGE_TEXTURE_WRAP_V_CLAMP, SNELL_IMAGE_TEXTURE_WRAP_V_MIRROR };
 enum { SNELL_IMAGE_TEXTURE_FILTER_LINEAR, SNELL_IMAGE_TEXTURE_FILTER_NEAREST };
-enum { SNELL_IMAGE_TEXTURE_MAP_AUTO, SNELL_IMAGE_TEXTURE_MAP_UV, SNELL_IMAGE_TEXTURE_MAP_OBJECT, SNELL_IMAGE_TEXTURE_MAP_XZ };
+enum { SNELL_IMAGE_TEXTURE_MAP_AUTO, SNELL_IMAGE_TEXTURE_MAP_UV, SNELL_IMAGE_TEXTURE_MAP_OBJECT, SNELL_IMAGE_TEXTURE_MAP_XZ, SNELL_IMAGE_TEXTURE_MAP_TRIPLANAR, SNELL_IMAGE_TEXTURE_MAP_SPHERICAL };
 typedef struct snell_image_texture_desc { /* an image over the surface */
     size_t struct_size;
     int32_t width; /* columns; pixels; required; 1 to 65536 */
@@ -487,7 +487,7 @@ typedef struct snell_image_texture_desc { /* an image over the surface */
     int32_t channel; /* one channel as grey, or the colour */
     int32_t wrap_u; /* beyond 0..1 along u */
     int32_t wrap_v; /* beyond 0..1 along v */
-    int32_t filter; /* between pixels */
+    int32_t filter; /* between pixels; linear: by mip maps from afar, too */
     int32_t map; /* what u and v are; auto: the shape's, else object */
     snell_vec2 uv_offset; /* added to u, v after scale and rotation */
     snell_vec2 uv_scale; /* u, v are multiplied by this first */
@@ -503,13 +503,14 @@ static inline snell_image_texture_desc snell_image_texture_desc_init(size_t stru
 }
 SNELL_API snell_status snell_scene_add_image_texture(snell_scene *scene, const snell_image_texture_desc *desc, snell_texture_id *out);
 
-enum { SNELL_CHECKER_TEXTURE_MAP_AUTO, SNELL_CHECKER_TEXTURE_MAP_UV, SNELL_CHECKER_TEXTURE_MAP_OBJECT, SNELL_CHECKER_TEXTURE_MAP_XZ };
+enum { SNELL_CHECKER_TEXTURE_MAP_AUTO, SNELL_CHECKER_TEXTURE_MAP_UV, SNELL_CHECKER_TEXTURE_MAP_OBJECT, SNELL_CHECKER_TEXTURE_MAP_XZ, SNELL_CHECKER_TEXTURE_MAP_TRIPLANAR, SNELL_CHECKER_TEXTURE_MAP_SPHERICAL };
 typedef struct snell_checker_texture_desc { /* a chessboard of two colours */
     size_t struct_size;
     snell_vec3 color_a; /* of the square at the origin; >= 0 */
     snell_vec3 color_b; /* of its neighbours; >= 0 */
     float size; /* of a square; in u, v where map says so; m; > 0 */
     int32_t map; /* auto: the shape's own u, v, else the point in object space */
+    bool filter; /* average the squares that a sample covers */
 } snell_checker_texture_desc;
 static inline snell_checker_texture_desc snell_checker_texture_desc_init(size_t struct_size) {
     snell_checker_texture_desc desc;
@@ -526,6 +527,61 @@ static inline snell_checker_texture_desc snell_checker_texture_desc_init(size_t 
 }
 SNELL_API snell_status snell_scene_add_checker_texture(snell_scene *scene, const snell_checker_texture_desc *desc, snell_texture_id *out);
 
+enum { SNELL_GRADIENT_TEXTURE_WRAP_CLAMP, SNELL_GRADIENT_TEXTURE_WRAP_REPEAT, SNELL_GRADIENT_TEXTURE_WRAP_MIRROR };
+enum { SNELL_GRADIENT_TEXTURE_MAP_AUTO, SNELL_GRADIENT_TEXTURE_MAP_UV, SNELL_GRADIENT_TEXTURE_MAP_OBJECT, SNELL_GRADIENT_TEXTURE_MAP_XZ, SNELL_GRADIENT_TEXTURE_MAP_TRIPLANAR, SNELL_GRADIENT_TEXTURE_MAP_SPHERICAL };
+typedef struct snell_gradient_texture_desc { /* from one colour to another */
+    size_t struct_size;
+    snell_vec3 color_a; /* at 'from' and before it; >= 0 */
+    snell_vec3 color_b; /* at 'to' and beyond it; >= 0 */
+    snell_vec3 from; /* in u, v, 0 where map says so; m */
+    snell_vec3 to; /* by default along v, or up; m */
+    int32_t wrap; /* beyond 'from' and 'to' */
+    int32_t map; /* auto: the shape's own u, v, else the point in object space */
+} snell_gradient_texture_desc;
+static inline snell_gradient_texture_desc snell_gradient_texture_desc_init(size_t struct_size) {
+    snell_gradient_texture_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.color_b.x = (float)1;
+    desc.color_b.y = (float)1;
+    desc.color_b.z = (float)1;
+    desc.to.y = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_gradient_texture(snell_scene *scene, const snell_gradient_texture_desc *desc, snell_texture_id *out);
+
+enum { SNELL_NOISE_TEXTURE_KIND_FBM, SNELL_NOISE_TEXTURE_KIND_TURBULENCE, SNELL_NOISE_TEXTURE_KIND_MARBLE };
+enum { SNELL_NOISE_TEXTURE_MAP_AUTO, SNELL_NOISE_TEXTURE_MAP_UV, SNELL_NOISE_TEXTURE_MAP_OBJECT, SNELL_NOISE_TEXTURE_MAP_XZ, SNELL_NOISE_TEXTURE_MAP_TRIPLANAR, SNELL_NOISE_TEXTURE_MAP_SPHERICAL };
+typedef struct snell_noise_texture_desc { /* clouds, smoke or marble */
+    size_t struct_size;
+    snell_vec3 color_a; /* where the noise is 0; >= 0 */
+    snell_vec3 color_b; /* where it is 1; >= 0 */
+    int32_t kind; /* clouds, smoke, veins */
+    float size; /* of the largest features; of a stripe of marble; m; > 0 */
+    int32_t octaves; /* layers of ever finer noise; 1 to 16 */
+    float lacunarity; /* how much finer each layer is; 1 to 8 */
+    float gain; /* how much weaker each layer is; 0 to 1 */
+    float distortion; /* of marble: in stripes; >= 0 */
+    int32_t seed; /* another number, another pattern; 0 to 1e+09 */
+    int32_t map; /* object and triplanar: fills space; otherwise flat */
+} snell_noise_texture_desc;
+static inline snell_noise_texture_desc snell_noise_texture_desc_init(size_t struct_size) {
+    snell_noise_texture_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.color_b.x = (float)1;
+    desc.color_b.y = (float)1;
+    desc.color_b.z = (float)1;
+    desc.size = (float)1;
+    desc.octaves = 6;
+    desc.lacunarity = (float)2;
+    desc.gain = (float)0.5;
+    desc.distortion = (float)1;
+    desc.map = 2;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_noise_texture(snell_scene *scene, const snell_noise_texture_desc *desc, snell_texture_id *out);
+
 enum { SNELL_LAMBERT_SHADOW_FILTER, SNELL_LAMBERT_SHADOW_OPAQUE, SNELL_LAMBERT_SHADOW_NONE };
 typedef struct snell_lambert_desc { /* matte: R / pi */
     size_t struct_size;
@@ -535,6 +591,10 @@ typedef struct snell_lambert_desc { /* matte: R / pi */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* R: the fraction of light that it reflects; >= 0 */
 } snell_lambert_desc;
 static inline snell_lambert_desc snell_lambert_desc_init(size_t struct_size) {
@@ -547,6 +607,10 @@ static inline snell_lambert_desc snell_lambert_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.800000012;
     desc.color.value.y = (float)0.800000012;
     desc.color.value.z = (float)0.800000012;
@@ -563,6 +627,10 @@ typedef struct snell_blinn_phong_desc { /* matte with a highlight, the modified 
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* R: the diffuse reflectance; >= 0 */
     snell_input specular; /* k_s: the strength of the highlight; 1/sr; >= 0 */
     float exponent; /* p: higher is sharper; 0 to 1e+06 */
@@ -577,6 +645,10 @@ static inline snell_blinn_phong_desc snell_blinn_phong_desc_init(size_t struct_s
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.800000012;
     desc.color.value.y = (float)0.800000012;
     desc.color.value.z = (float)0.800000012;
@@ -597,6 +669,10 @@ typedef struct snell_mirror_desc { /* a perfect mirror */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* the fraction of light that it reflects; >= 0 */
 } snell_mirror_desc;
 static inline snell_mirror_desc snell_mirror_desc_init(size_t struct_size) {
@@ -609,6 +685,10 @@ static inline snell_mirror_desc snell_mirror_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.899999976;
     desc.color.value.y = (float)0.899999976;
     desc.color.value.z = (float)0.899999976;
@@ -625,6 +705,10 @@ typedef struct snell_partial_mirror_desc { /* between matte and mirror */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* of both parts; >= 0 */
     snell_input specularity; /* s: 0 is matte, 1 a mirror; 0 to 1 */
 } snell_partial_mirror_desc;
@@ -638,6 +722,10 @@ static inline snell_partial_mirror_desc snell_partial_mirror_desc_init(size_t st
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.899999976;
     desc.color.value.y = (float)0.899999976;
     desc.color.value.z = (float)0.899999976;
@@ -657,6 +745,10 @@ typedef struct snell_glazed_desc { /* a mirror coat over another material */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_material_id base; /* what is under the glaze; it traces no rays of its own; required */
     snell_input reflectance; /* the mirrored fraction; >= 0 */
     float ior; /* 1 or more: the mirrored fraction is Fresnel's instead; 0 to 10 */
@@ -671,6 +763,10 @@ static inline snell_glazed_desc snell_glazed_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.reflectance.value.x = (float)0.100000001;
     desc.reflectance.value.y = (float)0.100000001;
     desc.reflectance.value.z = (float)0.100000001;
@@ -687,6 +783,10 @@ typedef struct snell_dielectric_desc { /* glass, water: reflects and refracts */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* multiplies light that passes the surface, each time it does; >= 0 */
     float ior; /* index of refraction, relative to vacuum; 1 to 10 */
     snell_vec3 absorption; /* a of Beer's law, exp(-a d); 1/m; >= 0 */
@@ -704,6 +804,10 @@ static inline snell_dielectric_desc snell_dielectric_desc_init(size_t struct_siz
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)1;
     desc.color.value.y = (float)1;
     desc.color.value.z = (float)1;

@@ -23,11 +23,12 @@ snell_status snell_scene_add_image_texture(snell_scene *s, const snell_image_tex
     return status;
 }
 
-_Static_assert(sizeof(snell_checker_texture_desc) == 40, "run tools/update_api");
+_Static_assert(sizeof(snell_checker_texture_desc) == 48, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, color_a) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, color_b) == 20, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, size) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, map) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_checker_texture_desc, filter) == 40, "run tools/update_api");
 snell_status snell_scene_add_checker_texture(snell_scene *s, const snell_checker_texture_desc *desc, snell_texture_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_TEXTURE, "checker", desc, &index1);
@@ -35,14 +36,50 @@ snell_status snell_scene_add_checker_texture(snell_scene *s, const snell_checker
     return status;
 }
 
-_Static_assert(sizeof(snell_lambert_desc) == 96, "run tools/update_api");
+_Static_assert(sizeof(snell_gradient_texture_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, color_a) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, color_b) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, from) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, to) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, wrap) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, map) == 60, "run tools/update_api");
+snell_status snell_scene_add_gradient_texture(snell_scene *s, const snell_gradient_texture_desc *desc, snell_texture_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_TEXTURE, "gradient", desc, &index1);
+    if (!status && out) *out = (snell_texture_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_noise_texture_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, color_a) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, color_b) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, kind) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, size) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, octaves) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, lacunarity) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, gain) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, distortion) == 52, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, seed) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, map) == 60, "run tools/update_api");
+snell_status snell_scene_add_noise_texture(snell_scene *s, const snell_noise_texture_desc *desc, snell_texture_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_TEXTURE, "noise", desc, &index1);
+    if (!status && out) *out = (snell_texture_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_lambert_desc) == 144, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_lambert_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, color) == 124, "run tools/update_api");
 snell_status snell_scene_add_lambert(snell_scene *s, const snell_lambert_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "lambert", desc, &index1);
@@ -50,16 +87,20 @@ snell_status snell_scene_add_lambert(snell_scene *s, const snell_lambert_desc *d
     return status;
 }
 
-_Static_assert(sizeof(snell_blinn_phong_desc) == 120, "run tools/update_api");
+_Static_assert(sizeof(snell_blinn_phong_desc) == 168, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_blinn_phong_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_blinn_phong_desc, specular) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_blinn_phong_desc, exponent) == 112, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, specular) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, exponent) == 164, "run tools/update_api");
 snell_status snell_scene_add_blinn_phong(snell_scene *s, const snell_blinn_phong_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "blinn_phong", desc, &index1);
@@ -67,14 +108,18 @@ snell_status snell_scene_add_blinn_phong(snell_scene *s, const snell_blinn_phong
     return status;
 }
 
-_Static_assert(sizeof(snell_mirror_desc) == 96, "run tools/update_api");
+_Static_assert(sizeof(snell_mirror_desc) == 144, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_mirror_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, color) == 124, "run tools/update_api");
 snell_status snell_scene_add_mirror(snell_scene *s, const snell_mirror_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "mirror", desc, &index1);
@@ -82,15 +127,19 @@ snell_status snell_scene_add_mirror(snell_scene *s, const snell_mirror_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_partial_mirror_desc) == 112, "run tools/update_api");
+_Static_assert(sizeof(snell_partial_mirror_desc) == 168, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_partial_mirror_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_partial_mirror_desc, specularity) == 92, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, specularity) == 144, "run tools/update_api");
 snell_status snell_scene_add_partial_mirror(snell_scene *s, const snell_partial_mirror_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "partial_mirror", desc, &index1);
@@ -98,16 +147,20 @@ snell_status snell_scene_add_partial_mirror(snell_scene *s, const snell_partial_
     return status;
 }
 
-_Static_assert(sizeof(snell_glazed_desc) == 104, "run tools/update_api");
+_Static_assert(sizeof(snell_glazed_desc) == 160, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_glazed_desc, base) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_glazed_desc, reflectance) == 80, "run tools/update_api");
-_Static_assert(offsetof(snell_glazed_desc, ior) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, base) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, reflectance) == 132, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, ior) == 152, "run tools/update_api");
 snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "glazed", desc, &index1);
@@ -115,19 +168,23 @@ snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_dielectric_desc) == 128, "run tools/update_api");
+_Static_assert(sizeof(snell_dielectric_desc) == 184, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, ior) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, absorption) == 96, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 108, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 120, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, priority) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, ior) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, absorption) == 148, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 160, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 172, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, priority) == 176, "run tools/update_api");
 snell_status snell_scene_add_dielectric(snell_scene *s, const snell_dielectric_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "dielectric", desc, &index1);

@@ -78,18 +78,25 @@ static surface surface_at(const box_desc *box, int face, const double near[3]) {
     n[axis] = upper ? 1 : -1;
     /* The planes lie on floats and the sign of plane - o is exact: no error at all. */
     surface made = surface_make((dvec3){p[0], p[1], p[2]}, (dvec3){n[0], n[1], n[2]}, 0);
+    double x = high[0] - low[0], y = high[1] - low[1], z = high[2] - low[2];
     switch (axis) {
     case 0:
         made.u = upper ? 1 - part[2] : part[2];
         made.v = part[1];
+        made.dpdu = (dvec3){0, 0, upper ? -z : z};
+        made.dpdv = (dvec3){0, y, 0};
         break;
     case 1:
         made.u = part[0];
         made.v = upper ? 1 - part[2] : part[2];
+        made.dpdu = (dvec3){x, 0, 0};
+        made.dpdv = (dvec3){0, 0, upper ? -z : z};
         break;
     default:
         made.u = upper ? part[0] : 1 - part[0];
         made.v = part[1];
+        made.dpdu = (dvec3){upper ? x : -x, 0, 0};
+        made.dpdv = (dvec3){0, y, 0};
         break;
     }
     return made;

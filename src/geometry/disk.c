@@ -79,9 +79,13 @@ static void parametrise(const void *desc, surface *s) {
     double r = disk->radius, inner = disk->inner_radius;
     dvec3 offset = dvec3_sub(s->p, dvec3_from(disk->center)), along, across;
     dvec3_frame(s->n, &along, &across);
-    double turn = fn_atan2(dvec3_dot(offset, across), dvec3_dot(offset, along)) / (2 * PI);
+    double x = dvec3_dot(offset, along), y = dvec3_dot(offset, across), out = dvec3_length(offset);
+    double turn = fn_atan2(y, x) / (2 * PI);
     s->u = turn < 0 ? turn + 1 : turn;
-    s->v = clamp01((dvec3_length(offset) - inner) / (r - inner));
+    s->v = clamp01((out - inner) / (r - inner));
+    if (!(out > 0)) return; /* the centre: u has no direction */
+    s->dpdu = dvec3_scale(dvec3_sub(dvec3_scale(across, x), dvec3_scale(along, y)), 2 * PI);
+    s->dpdv = dvec3_scale(offset, (r - inner) / out);
 }
 
 static double area(const void *desc, uint32_t primitive) {

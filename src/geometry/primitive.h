@@ -54,9 +54,12 @@ typedef struct primitive_type {
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
-    /* Sets u, v of a surface in the shape's own space, where that is work that only textures need;
+    /* Sets u, v and dpdu, dpdv of a surface in the shape's own space, where that is work that only textures need;
      * NULL: `surface` sets them. */
     void (*parametrise)(const void *desc, surface *s);
+    /* How ns changes when the point moves by the small dp, in the shape's own space. NULL:
+     * curvature * dp, which is exact for spheres. */
+    dvec3 (*bend)(const void *desc, const hit *hit, dvec3 dp);
     /* +1 inside, -1 outside: for closed shapes and half-spaces, to find the media around a point.
      * NULL: encloses nothing or a mesh. */
     int (*side)(const void *desc, dvec3 p);

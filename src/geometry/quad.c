@@ -71,6 +71,8 @@ static surface surface_at(const quad_desc *quad, double a, double b) {
     surface made = surface_make(p, dvec3_normalize(n), 16 * DOUBLE_EPSILON * size * (sides / area));
     made.u = a;
     made.v = b;
+    made.dpdu = u;
+    made.dpdv = v;
     return made;
 }
 

@@ -102,10 +102,9 @@ bool scene_is_later(const char *label, const char *word) {
     static const word_list later[] = {
         {NULL, "union|intersection|difference|animation|time|frame"},
         {"material", "phong|conductor|cook_torrance|ggx|principled|emissive"},
-        {"texture", "noise|gradient"},
         {"camera", "orthographic|panorama|fisheye"},
-        {"word", "tent|gaussian|blackman-harris|aces|agx|triplanar|spherical"},
-        {"field", "motion|normal_map|bump|roughness|lens_radius|focus|shutter|medium|"
+        {"word", "tent|gaussian|blackman-harris|aces|agx"},
+        {"field", "motion|roughness|lens_radius|focus|shutter|medium|"
                   "filter|filter_radius"}};
     return in_lists(later, sizeof later / sizeof later[0], label, word);
 }

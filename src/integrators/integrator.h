@@ -34,7 +34,9 @@ typedef struct path_ray {
     uint16_t depth;  /* camera ray 0, each child one more */
     uint8_t kind;    /* ray_kind */
     bool primary;    /* a camera ray, or one walked on through transparent surfaces */
-    float coverage;  /* of a primary ray: the share of the pixel that nothing has covered yet */
+    bool has_differential;
+    float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
+    ray_differential differential; /* to the next sample's ray, where has_differential */
     /* For `path`: the density, per sr, with which the ray's direction was drawn (0: it had no
      * choice, so that nothing else could have found what it finds), and the normal where that was
      * (0: of no side), as scene_choose_source was or would have been asked. */

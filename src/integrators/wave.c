@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "integrators/differential.h"
 #include "integrators/integrator.h"
 #include "maths/functions.h"
 #include "sampling/sampling.h"
@@ -398,6 +399,9 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     absorb(w, r, (double)h->t);
     shade_point p;
     scene_shade_point(w->settings.scene, &r->ray, h, &p);
+    if (r->has_differential)
+        scene_set_footprint(w->settings.scene, &r->ray, &r->differential, h, &p);
+    if (p.material->bends) scene_bend_normal(w->settings.scene, &p);
     bsdf b;
     material_evaluate(p.material, &p.at, &b);
     bool hidden = cross_interface(w, r, &p, &b, &w->beyond);
@@ -496,6 +500,7 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
                     .primary = true,
                     .coverage = 1};
     r->ray.mask = ~(uint32_t)MASK_LIGHT_HIDDEN;
+    if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
     w->stats.rays[RAY_CAMERA]++;
 }
 

@@ -36,8 +36,7 @@ static bool sample(const light *l, dvec3 p, dvec3 eye, sample2 u, light_sample *
     *out = (light_sample){d, d, true, dvec3_from(desc->irradiance), 0};
     if (!(desc->angle > 0)) return true;
     double height = disk_height(desc);
-    out->to_light = out->to_end =
-        dvec3_normalize(dvec3_from_frame(d, warp_cone(u, height)));
+    out->to_light = out->to_end = dvec3_normalize(dvec3_from_frame(d, warp_cone(u, height)));
     out->light = disk_radiance(desc);
     out->pdf = 1 / (2 * PI * height);
     return true;

@@ -19,6 +19,7 @@ static bool is_textured(const scene *s, const object *o) {
         if ((f->kind == FIELD_INPUT || f->kind == FIELD_SCALAR) &&
             ((const snell_input *)at)->texture.index1)
             return true;
+        if (f->kind == FIELD_TEXTURE && ((const snell_texture_id *)at)->index1) return true;
         if (f->kind == FIELD_MATERIAL) {
             uint32_t base = ((const snell_material_id *)at)->index1;
             if (base && s->materials[base - 1].textured) return true;
@@ -45,8 +46,10 @@ static snell_status make_body_material(scene *s, light_body *body) {
     common->ambient = (vec3){0, 0, 0};
     common->emission.value = vec3_from(body->shape.radiance);
     s->materials[s->material_count + s->body_count] =
-        (material){&material_lambert, body->material_desc, true, false,
-                   vec3_largest(common->emission.value) > 0};
+        (material){.type = &material_lambert,
+                   .desc = body->material_desc,
+                   .opaque_alpha = true,
+                   .shines = vec3_largest(common->emission.value) > 0};
     return status;
 }
 
@@ -72,6 +75,11 @@ static snell_status freeze_light_objects(scene *s, const object_list *lights) {
     return SNELL_OK;
 }
 
+/* Without a texture the height is the same everywhere. */
+static bool bends(const material_common *m) {
+    return m->normal_map.index1 || m->bump.texture.index1;
+}
+
 static snell_status freeze_objects(scene *s, const description *d) {
     const object_list *textures = &d->objects[CATEGORY_TEXTURE];
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
@@ -87,20 +95,42 @@ static snell_status freeze_objects(scene *s, const description *d) {
     s->material_count = (uint32_t)materials->count;
     for (size_t i = 0; i < textures->count; i++) {
         const object *o = &textures->items[i];
-        s->textures[i] = (texture){(const texture_type *)o->type, o->desc};
+        s->textures[i] = texture_make((const texture_type *)o->type, o->desc);
+        s->needs_footprint |= texture_filters(&s->textures[i]);
     }
     for (size_t i = 0; i < materials->count; i++) {
         const object *o = &materials->items[i];
         const material_common *common = o->desc;
         bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1;
-        s->materials[i] =
-            (material){(const material_type *)o->type, o->desc, opaque, is_textured(s, o), false};
+        s->materials[i] = (material){.type = (const material_type *)o->type,
+                                     .desc = o->desc,
+                                     .opaque_alpha = opaque,
+                                     .textured = is_textured(s, o),
+                                     .bends = bends(common)};
         s->materials[i].shines = can_shine(s, &s->materials[i]);
+        s->needs_footprint |= common->bump.texture.index1 != 0;
     }
     desc_init(&material_lambert.info, s->default_material);
     s->materials[materials->count] =
-        (material){&material_lambert, s->default_material, true, false, false};
-    return freeze_light_objects(s, lights);
+        (material){.type = &material_lambert, .desc = s->default_material, .opaque_alpha = true};
+    return SNELL_OK;
+}
+
+typedef struct texture_job {
+    texture *textures;
+    _Atomic bool failed;
+} texture_job;
+
+static void prepare_texture(void *data, size_t index, uint32_t worker) {
+    texture_job *job = data;
+    (void)worker;
+    if (texture_prepare(&job->textures[index])) job->failed = true;
+}
+
+static snell_status prepare_textures(scene *s, thread_pool *pool) {
+    texture_job job = {.textures = s->textures};
+    thread_pool_run(pool, s->texture_count, prepare_texture, &job);
+    return job.failed ? error_no_memory() : SNELL_OK;
 }
 
 static void freeze_settings(scene *s, const description *d) {
@@ -241,6 +271,8 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
     scene *s = memory_zeroed(1, sizeof *s);
     if (s == NULL) return error_no_memory();
     snell_status status = freeze_objects(s, d);
+    if (!status) status = prepare_textures(s, pool);
+    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT]);
     if (!status) freeze_settings(s, d);
     if (!status) status = freeze_geometry(s, d, options, pool);
     if (status)
@@ -261,6 +293,7 @@ void scene_destroy(scene *s) {
         desc_free(&material_lambert.info, s->bodies[i].material_desc);
     }
     free(s->bodies);
+    for (uint32_t i = 0; s->textures && i < s->texture_count; i++) texture_destroy(&s->textures[i]);
     free(s->textures);
     free(s->materials);
     free(s->default_material);
@@ -268,6 +301,15 @@ void scene_destroy(scene *s) {
     free(s->instances);
     free(s->instance_ids);
     free(s);
+}
+
+size_t scene_texture_memory(const scene *s) {
+    size_t bytes = 0;
+    for (uint32_t i = 0; i < s->texture_count; i++) {
+        const texture *t = &s->textures[i];
+        if (t->state) bytes += t->type->state_size(t->state);
+    }
+    return bytes;
 }
 
 dvec3 scene_background(const scene *s, dvec3 direction) {
@@ -292,7 +334,7 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
     if (at->type->parametrise && s->materials[at->material].textured)
         at->type->parametrise(at->shape, on);
     surface here = *on;
-    dvec3 local = here.p, local_n = here.n;
+    dvec3 local = here.p, local_n = here.n, local_u = here.dpdu, local_v = here.dpdv;
     if (!at->identity) surface_to_world(&here, &at->to_world, &at->to_local);
     uint32_t index = at->material;
     bool has_uv = true;
@@ -302,23 +344,31 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         has_uv = mesh->uvs_count != 0;
     }
     bool outside = dvec3_dot(here.n, wo) >= 0;
-    *out =
-        (shade_point){.p = here.p,
-                      .wo = wo,
-                      .n = outside ? here.n : dvec3_negate(here.n),
-                      .ns = outside ? here.ns : dvec3_negate(here.ns),
-                      .outside = outside,
-                      .clearance = here.error,
-                      .instance = id,
-                      .primitive = primitive,
-                      .flat = at->type->flat,
-                      .material = &s->materials[index],
-                      .at = {.at = {here.u, here.v, has_uv && !at->type->unbounded, local, local_n},
-                             .tint = here.tint,
-                             .alpha = here.alpha,
-                             .outside = outside,
-                             .textures = s->textures,
-                             .materials = s->materials}};
+    *out = (shade_point){.p = here.p,
+                         .wo = wo,
+                         .n = outside ? here.n : dvec3_negate(here.n),
+                         .ns = outside ? here.ns : dvec3_negate(here.ns),
+                         .outside = outside,
+                         .clearance = here.error,
+                         .instance = id,
+                         .primitive = primitive,
+                         .flat = at->type->flat,
+                         .material = &s->materials[index],
+                         .dpdu = here.dpdu,
+                         .dpdv = here.dpdv,
+                         .curvature = here.curvature,
+                         .at = {.at = {.u = here.u,
+                                       .v = here.v,
+                                       .has_uv = has_uv && !at->type->unbounded,
+                                       .local = local,
+                                       .n = local_n,
+                                       .dpdu = local_u,
+                                       .dpdv = local_v},
+                                .tint = here.tint,
+                                .alpha = here.alpha,
+                                .outside = outside,
+                                .textures = s->textures,
+                                .materials = s->materials}};
     /* A shading normal that faces away from the eye would reflect through the surface. */
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }

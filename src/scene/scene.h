@@ -75,6 +75,7 @@ typedef struct scene {
     double brightest_background; /* its largest component anywhere */
     bool has_filters;            /* some shadow rays pass through surfaces */
     bool has_media;
+    bool needs_footprint; /* some texture is filtered: rays carry differentials */
 } scene;
 
 typedef struct scene_options {
@@ -84,6 +85,7 @@ typedef struct scene_options {
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out);
 void scene_destroy(scene *s);
+size_t scene_texture_memory(const scene *s);             /* bytes, beyond the description's */
 dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 
 /* Everything about a hit that shading needs, in the world. */
@@ -98,12 +100,23 @@ typedef struct shade_point {
     bool flat; /* a ray that leaves here cannot hit (instance, primitive) again */
     const material *material;
     material_point at; /* where the material is looked up */
+    dvec3 dpdu, dpdv;  /* of p by u, v; 0 where the shape has no smooth coordinates */
+    double curvature;  /* of the shape, in its own space (geometry/primitive.h) */
+    /* From this sample to the next to the right (x) and down (y): p and ns. 0 without a footprint. */
+    dvec3 dpdx, dpdy, dndx, dndy;
+    bool has_footprint;
 } shade_point;
 
 void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *out);
 /* The same for a point `on` an instance's surface, in its own space, seen from direction wo (unit). */
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out);
+/* shading.c: where rays carry differentials, the footprint of the hit, in *point and for its
+ * textures. */
+void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d, const hit *h,
+                         shade_point *point);
+/* Bends ns of a point whose material has a normal map or bump; after the footprint. */
+void scene_bend_normal(const scene *s, shade_point *point);
 /* A ray from the point into direction d (any length), on the side of n that d points to. */
 ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max);
 
