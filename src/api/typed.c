@@ -50,6 +50,23 @@ snell_status snell_scene_add_lambert(snell_scene *s, const snell_lambert_desc *d
     return status;
 }
 
+_Static_assert(sizeof(snell_phong_desc) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, specular) == 92, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, exponent) == 112, "run tools/update_api");
+snell_status snell_scene_add_phong(snell_scene *s, const snell_phong_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "phong", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_blinn_phong_desc) == 120, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emit_two_sided) == 28, "run tools/update_api");
@@ -115,7 +132,7 @@ snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_dielectric_desc) == 128, "run tools/update_api");
+_Static_assert(sizeof(snell_dielectric_desc) == 152, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ambient) == 32, "run tools/update_api");
@@ -124,13 +141,83 @@ _Static_assert(offsetof(snell_dielectric_desc, alpha_cutoff) == 64, "run tools/u
 _Static_assert(offsetof(snell_dielectric_desc, shadow) == 68, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, color) == 72, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ior) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, absorption) == 96, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 108, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 120, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, priority) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, roughness) == 96, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, absorption) == 116, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 128, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 140, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, priority) == 144, "run tools/update_api");
 snell_status snell_scene_add_dielectric(snell_scene *s, const snell_dielectric_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "dielectric", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_conductor_desc) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, metal) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, eta) == 76, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, k) == 88, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, color) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, roughness) == 120, "run tools/update_api");
+snell_status snell_scene_add_conductor(snell_scene *s, const snell_conductor_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "conductor", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_cook_torrance_desc) == 136, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, m) == 92, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, ior) == 112, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, specular) == 116, "run tools/update_api");
+snell_status snell_scene_add_cook_torrance(snell_scene *s, const snell_cook_torrance_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "cook_torrance", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_ggx_desc) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, roughness) == 92, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, ior) == 112, "run tools/update_api");
+snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "ggx", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_emissive_desc) == 96, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, radiance) == 72, "run tools/update_api");
+snell_status snell_scene_add_emissive(snell_scene *s, const snell_emissive_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "emissive", desc, &index1);
     if (!status && out) *out = (snell_material_id){index1, 0};
     return status;
 }

@@ -13,18 +13,25 @@ const uint32_t material_type_count = sizeof material_types / sizeof material_typ
 double material_alpha(const material *m, const material_point *point) {
     const material_common *common = m->desc;
     double alpha = input_scalar(&common->alpha, point->textures, &point->at) * point->alpha;
+    if (m->type->opacity) alpha *= m->type->opacity(m->desc, point);
     if (common->alpha_cutoff > 0) return alpha < (double)common->alpha_cutoff ? 0 : 1;
     return clamp01(alpha);
 }
 
+dvec3 material_emission(const material *m, const material_point *point) {
+    const material_common *common = m->desc;
+    if (!point->outside && !common->emit_two_sided) return (dvec3){0, 0, 0};
+    dvec3 sum = input_color(&common->emission, point->textures, &point->at);
+    if (m->type->emission) sum = dvec3_add(sum, m->type->emission(m->desc, point));
+    return sum;
+}
+
 void material_evaluate(const material *m, const material_point *point, bsdf *out) {
     const material_common *common = m->desc;
-    out->lobe_count = 0;
+    out->lobe_count = out->coat_count = 0;
     out->ior1 = out->ior2 = 1;
     out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
     out->ambient = dvec3_from(common->ambient);
-    out->emission = point->outside || common->emit_two_sided
-                        ? input_color(&common->emission, point->textures, &point->at)
-                        : (dvec3){0, 0, 0};
+    out->emission = material_emission(m, point);
     m->type->fill(m->desc, point, out);
 }

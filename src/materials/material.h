@@ -50,9 +50,27 @@ typedef struct material_type {
     /* Adds this model's lobes for this point. out->ambient is k_a; a model that only traces sets it
      * to 0. */
     void (*fill)(const void *desc, const material_point *point, bsdf *out);
+    /* Radiance beside the common `emission`, for materials that shine by other fields. Both NULL:
+     * none. shines: might it anywhere? `materials` are the frozen ones before it. */
+    dvec3 (*emission)(const void *desc, const material_point *point);
+    bool (*shines)(const void *desc, const material *materials);
     /* The medium inside closed shapes of this material; NULL: it does not bound one. */
     medium (*inside)(const void *desc);
+    /* Whether this one bounds its medium; NULL: it always does, where there is `inside`. */
+    bool (*bounds)(const void *desc);
+    /* How much of it is there, 0 .. 1, beside the common `alpha`; NULL: all. */
+    double (*opacity)(const void *desc, const material_point *point);
+    bool may_gain; /* a classic formula that may reflect more than it receives */
 } material_type;
+
+static inline bool material_bounds_medium(const material_type *type, const void *desc) {
+    return type->inside && (type->bounds == NULL || type->bounds(desc));
+}
+/* Those that it is made of do not count. */
+static inline bool material_emits(const material_type *type, const void *desc) {
+    return vec3_largest(((const material_common *)desc)->emission.value) > 0 ||
+           (type->shines && type->shines(desc, NULL));
+}
 
 extern const material_type *const material_types[];
 extern const uint32_t material_type_count;
@@ -67,6 +85,8 @@ struct material {
 
 /* The whole bsdf: common fields and lobes. */
 void material_evaluate(const material *m, const material_point *point, bsdf *out);
+/* The radiance that it sends out at the point; 0 from the inside, unless emit_two_sided. */
+dvec3 material_emission(const material *m, const material_point *point);
 /* The opacity alone, for rays that pass through. */
 double material_alpha(const material *m, const material_point *point);
 
