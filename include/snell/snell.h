@@ -618,6 +618,48 @@ static inline snell_lambert_desc snell_lambert_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lambert(snell_scene *scene, const snell_lambert_desc *desc, snell_material_id *out);
 
+enum { SNELL_PHONG_SHADOW_FILTER, SNELL_PHONG_SHADOW_OPAQUE, SNELL_PHONG_SHADOW_NONE };
+typedef struct snell_phong_desc { /* matte with a highlight about r */
+    size_t struct_size;
+    snell_input emission; /* radiance that it sends out; W/(m^2 sr); >= 0 */
+    bool emit_two_sided; /* emit from the inside too */
+    snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
+    snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
+    float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
+    int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
+    snell_input color; /* R: the diffuse reflectance; >= 0 */
+    snell_input specular; /* k_s: the strength of the highlight; 1/sr; >= 0 */
+    float exponent; /* p: higher is sharper; 0 to 1e+06 */
+} snell_phong_desc;
+static inline snell_phong_desc snell_phong_desc_init(size_t struct_size) {
+    snell_phong_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.ambient.x = (float)1;
+    desc.ambient.y = (float)1;
+    desc.ambient.z = (float)1;
+    desc.alpha.value.x = (float)1;
+    desc.alpha.value.y = (float)1;
+    desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
+    desc.color.value.x = (float)0.800000012;
+    desc.color.value.y = (float)0.800000012;
+    desc.color.value.z = (float)0.800000012;
+    desc.specular.value.x = (float)0.300000012;
+    desc.specular.value.y = (float)0.300000012;
+    desc.specular.value.z = (float)0.300000012;
+    desc.exponent = (float)50;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_phong(snell_scene *scene, const snell_phong_desc *desc, snell_material_id *out);
+
 enum { SNELL_BLINN_PHONG_SHADOW_FILTER, SNELL_BLINN_PHONG_SHADOW_OPAQUE, SNELL_BLINN_PHONG_SHADOW_NONE };
 typedef struct snell_blinn_phong_desc { /* matte with a highlight, the modified form */
     size_t struct_size;
@@ -789,6 +831,7 @@ typedef struct snell_dielectric_desc { /* glass, water: reflects and refracts */
     float bump_scale; /* multiplies bump */
     snell_input color; /* multiplies light that passes the surface, each time it does; >= 0 */
     float ior; /* index of refraction, relative to vacuum; 1 to 10 */
+    snell_input roughness; /* 0 is smooth; alpha of GGX is its square; 0 to 1 */
     snell_vec3 absorption; /* a of Beer's law, exp(-a d); 1/m; >= 0 */
     snell_vec3 attenuation_color; /* what is left of white light after attenuation_distance; 1e-06 to 1 */
     float attenuation_distance; /* 0: attenuation_color is not used; m; >= 0 */
@@ -818,6 +861,171 @@ static inline snell_dielectric_desc snell_dielectric_desc_init(size_t struct_siz
     return desc;
 }
 SNELL_API snell_status snell_scene_add_dielectric(snell_scene *scene, const snell_dielectric_desc *desc, snell_material_id *out);
+
+enum { SNELL_CONDUCTOR_SHADOW_FILTER, SNELL_CONDUCTOR_SHADOW_OPAQUE, SNELL_CONDUCTOR_SHADOW_NONE };
+enum { SNELL_CONDUCTOR_METAL_ALUMINIUM, SNELL_CONDUCTOR_METAL_CHROMIUM, SNELL_CONDUCTOR_METAL_COBALT, SNELL_CONDUCTOR_METAL_COPPER, SNELL_CONDUCTOR_METAL_GOLD, SNELL_CONDUCTOR_METAL_IRON, SNELL_CONDUCTOR_METAL_MERCURY, SNELL_CONDUCTOR_METAL_NICKEL, SNELL_CONDUCTOR_METAL_PALLADIUM, SNELL_CONDUCTOR_METAL_PLATINUM, SNELL_CONDUCTOR_METAL_SILVER, SNELL_CONDUCTOR_METAL_TITANIUM, SNELL_CONDUCTOR_METAL_TUNGSTEN, SNELL_CONDUCTOR_METAL_VANADIUM };
+typedef struct snell_conductor_desc { /* metal, smooth or rough */
+    size_t struct_size;
+    snell_input emission; /* radiance that it sends out; W/(m^2 sr); >= 0 */
+    bool emit_two_sided; /* emit from the inside too */
+    snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
+    snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
+    float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
+    int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
+    int32_t metal; /* whose measured eta and k it has */
+    snell_vec3 eta; /* index of refraction for red, green, blue; 0: that of the metal; 0 to 100 */
+    snell_vec3 k; /* extinction coefficient, where eta is given; 0 to 100 */
+    snell_input color; /* multiplies what it reflects; >= 0 */
+    snell_input roughness; /* 0 is a mirror; alpha of GGX is its square; 0 to 1 */
+} snell_conductor_desc;
+static inline snell_conductor_desc snell_conductor_desc_init(size_t struct_size) {
+    snell_conductor_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.ambient.x = (float)1;
+    desc.ambient.y = (float)1;
+    desc.ambient.z = (float)1;
+    desc.alpha.value.x = (float)1;
+    desc.alpha.value.y = (float)1;
+    desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
+    desc.color.value.x = (float)1;
+    desc.color.value.y = (float)1;
+    desc.color.value.z = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_conductor(snell_scene *scene, const snell_conductor_desc *desc, snell_material_id *out);
+
+enum { SNELL_COOK_TORRANCE_SHADOW_FILTER, SNELL_COOK_TORRANCE_SHADOW_OPAQUE, SNELL_COOK_TORRANCE_SHADOW_NONE };
+typedef struct snell_cook_torrance_desc { /* matte under Beckmann facets, as in the lecture */
+    size_t struct_size;
+    snell_input emission; /* radiance that it sends out; W/(m^2 sr); >= 0 */
+    bool emit_two_sided; /* emit from the inside too */
+    snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
+    snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
+    float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
+    int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
+    snell_input color; /* R: the diffuse reflectance; >= 0 */
+    snell_input m; /* the mean slope of the facets; 0 is a mirror; 0 to 1 */
+    float ior; /* index of refraction, of Fresnel's formulas; 1 to 10 */
+    snell_input specular; /* multiplies the facets' reflection; >= 0 */
+} snell_cook_torrance_desc;
+static inline snell_cook_torrance_desc snell_cook_torrance_desc_init(size_t struct_size) {
+    snell_cook_torrance_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.ambient.x = (float)1;
+    desc.ambient.y = (float)1;
+    desc.ambient.z = (float)1;
+    desc.alpha.value.x = (float)1;
+    desc.alpha.value.y = (float)1;
+    desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
+    desc.color.value.x = (float)0.5;
+    desc.color.value.y = (float)0.5;
+    desc.color.value.z = (float)0.5;
+    desc.m.value.x = (float)0.300000012;
+    desc.m.value.y = (float)0.300000012;
+    desc.m.value.z = (float)0.300000012;
+    desc.ior = (float)1.5;
+    desc.specular.value.x = (float)1;
+    desc.specular.value.y = (float)1;
+    desc.specular.value.z = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_cook_torrance(snell_scene *scene, const snell_cook_torrance_desc *desc, snell_material_id *out);
+
+enum { SNELL_GGX_SHADOW_FILTER, SNELL_GGX_SHADOW_OPAQUE, SNELL_GGX_SHADOW_NONE };
+typedef struct snell_ggx_desc { /* matte under a rough clear coat */
+    size_t struct_size;
+    snell_input emission; /* radiance that it sends out; W/(m^2 sr); >= 0 */
+    bool emit_two_sided; /* emit from the inside too */
+    snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
+    snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
+    float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
+    int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
+    snell_input color; /* the base's diffuse reflectance; >= 0 */
+    snell_input roughness; /* of the coat: 0 is a mirror; alpha of GGX is its square; 0 to 1 */
+    float ior; /* index of refraction of the coat; 1 to 10 */
+} snell_ggx_desc;
+static inline snell_ggx_desc snell_ggx_desc_init(size_t struct_size) {
+    snell_ggx_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.ambient.x = (float)1;
+    desc.ambient.y = (float)1;
+    desc.ambient.z = (float)1;
+    desc.alpha.value.x = (float)1;
+    desc.alpha.value.y = (float)1;
+    desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
+    desc.color.value.x = (float)0.5;
+    desc.color.value.y = (float)0.5;
+    desc.color.value.z = (float)0.5;
+    desc.roughness.value.x = (float)0.300000012;
+    desc.roughness.value.y = (float)0.300000012;
+    desc.roughness.value.z = (float)0.300000012;
+    desc.ior = (float)1.5;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_ggx(snell_scene *scene, const snell_ggx_desc *desc, snell_material_id *out);
+
+enum { SNELL_EMISSIVE_SHADOW_FILTER, SNELL_EMISSIVE_SHADOW_OPAQUE, SNELL_EMISSIVE_SHADOW_NONE };
+typedef struct snell_emissive_desc { /* a lamp: black, and it shines */
+    size_t struct_size;
+    snell_input emission; /* radiance that it sends out; W/(m^2 sr); >= 0 */
+    bool emit_two_sided; /* emit from the inside too */
+    snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
+    snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
+    float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
+    int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
+    snell_input radiance; /* what it sends out, beside emission; W/(m^2 sr); >= 0 */
+} snell_emissive_desc;
+static inline snell_emissive_desc snell_emissive_desc_init(size_t struct_size) {
+    snell_emissive_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.ambient.x = (float)1;
+    desc.ambient.y = (float)1;
+    desc.ambient.z = (float)1;
+    desc.alpha.value.x = (float)1;
+    desc.alpha.value.y = (float)1;
+    desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
+    desc.radiance.value.x = (float)5;
+    desc.radiance.value.y = (float)5;
+    desc.radiance.value.z = (float)5;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_emissive(snell_scene *scene, const snell_emissive_desc *desc, snell_material_id *out);
 
 typedef struct snell_point_light_desc { /* shines from one point in every direction */
     size_t struct_size;

@@ -378,14 +378,17 @@ static uint64_t array_bytes(const object *o) {
 bool description_has_dielectric(const description *d) {
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
     for (size_t i = 0; i < materials->count; i++)
-        if (((const material_type *)materials->items[i].type)->inside) return true;
+        if (material_bounds_medium((const material_type *)materials->items[i].type,
+                                   materials->items[i].desc))
+            return true;
     return false;
 }
 
 bool description_has_emission(const description *d) {
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
     for (size_t i = 0; i < materials->count; i++)
-        if (vec3_largest(((const material_common *)materials->items[i].desc)->emission.value) > 0)
+        if (material_emits((const material_type *)materials->items[i].type,
+                           materials->items[i].desc))
             return true;
     return false;
 }

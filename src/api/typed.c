@@ -87,6 +87,27 @@ snell_status snell_scene_add_lambert(snell_scene *s, const snell_lambert_desc *d
     return status;
 }
 
+_Static_assert(sizeof(snell_phong_desc) == 168, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, specular) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, exponent) == 164, "run tools/update_api");
+snell_status snell_scene_add_phong(snell_scene *s, const snell_phong_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "phong", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_blinn_phong_desc) == 168, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emit_two_sided) == 28, "run tools/update_api");
@@ -168,7 +189,7 @@ snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_dielectric_desc) == 184, "run tools/update_api");
+_Static_assert(sizeof(snell_dielectric_desc) == 200, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ambient) == 32, "run tools/update_api");
@@ -181,13 +202,99 @@ _Static_assert(offsetof(snell_dielectric_desc, bump) == 100, "run tools/update_a
 _Static_assert(offsetof(snell_dielectric_desc, bump_scale) == 120, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, color) == 124, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ior) == 144, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, absorption) == 148, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 160, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 172, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, priority) == 176, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, roughness) == 148, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, absorption) == 168, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 180, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 192, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, priority) == 196, "run tools/update_api");
 snell_status snell_scene_add_dielectric(snell_scene *s, const snell_dielectric_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "dielectric", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_conductor_desc) == 192, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, metal) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, eta) == 128, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, k) == 140, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, color) == 152, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, roughness) == 172, "run tools/update_api");
+snell_status snell_scene_add_conductor(snell_scene *s, const snell_conductor_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "conductor", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_cook_torrance_desc) == 192, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, m) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, ior) == 164, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, specular) == 168, "run tools/update_api");
+snell_status snell_scene_add_cook_torrance(snell_scene *s, const snell_cook_torrance_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "cook_torrance", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_ggx_desc) == 168, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, roughness) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, ior) == 164, "run tools/update_api");
+snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "ggx", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_emissive_desc) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, radiance) == 124, "run tools/update_api");
+snell_status snell_scene_add_emissive(snell_scene *s, const snell_emissive_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "emissive", desc, &index1);
     if (!status && out) *out = (snell_material_id){index1, 0};
     return status;
 }

@@ -16,7 +16,8 @@ static void follow_gloss(wave *w, const path_ray *r, const shade_point *p, const
     double cosine = dvec3_dot(p->ns, wi), pdf = l->type->pdf(l, b, p->ns, p->wo, wi);
     if (!(cosine * dvec3_dot(p->n, wi) > 0) || !(pdf > 0)) return;
     dvec3 f = l->type->evaluate(l, b, p->ns, p->wo, wi);
-    emit_ray(w, r, p, wi, dvec3_scale(f, fabs(cosine) / pdf),
+    double passing = lobe_passing(l, b, dvec3_dot(p->ns, p->wo), cosine);
+    emit_ray(w, r, p, wi, dvec3_scale(f, passing * fabs(cosine) / pdf),
              cosine < 0 ? wave_beyond(w) : &r->media, slot,
              cosine < 0 ? RAY_REFRACTED : RAY_REFLECTED);
 }
@@ -27,7 +28,7 @@ static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const 
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
         uint32_t slot = 2 * (uint32_t)i;
-        if (l->type->class == LOBE_MIRROR) follow_mirror(w, r, p, l, 1, slot);
+        if (l->type->class == LOBE_MIRROR) follow_mirror(w, r, p, b, l, 1, slot);
         if (l->type->class == LOBE_INTERFACE) follow_interface(w, r, p, b, l, slot);
         if (l->type->class == LOBE_GLOSSY) follow_gloss(w, r, p, b, l, slot);
     }

@@ -7,9 +7,9 @@
 
 /* A reflection about a shading normal that would go below the surface is bent back above it. */
 dvec3 mirror_direction(const shade_point *p);
-/* weight * Fresnel * share of what the mirror ray finds. */
-void follow_mirror(wave *w, const path_ray *r, const shade_point *p, const lobe *l, double share,
-                   uint32_t slot);
+/* share: the fraction of weight * Fresnel that the mirror ray carries. */
+void follow_mirror(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, const lobe *l,
+                   double share, uint32_t slot);
 /* Both branches of the tree, by Snell and Fresnel; they take the slots `slot` and slot + 1. */
 void follow_interface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                       const lobe *l, uint32_t slot);

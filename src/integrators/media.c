@@ -63,7 +63,7 @@ media media_around(const scene *s, snell_isa isa, vec3 p) {
             shade_point point;
             scene_shade_point(s, &r, &h, &point);
             /* A mesh has several materials; what is clear bounds nothing. */
-            bool bounds = point.material->type->inside != NULL &&
+            bool bounds = material_bounds_medium(point.material->type, point.material->desc) &&
                           material_alpha(point.material, &point.at) > 0;
             if (bounds && point.outside)
                 media_enter(&entered, h.instance);

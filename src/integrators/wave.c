@@ -288,7 +288,7 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
     dvec3 sum = {through, through, through};
-    if (p->material->type->inside == NULL) return sum;
+    if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;
     bool straight = !w->settings.integrator->one_branch;
     const medium *before = media_current(m, s);
     if (p->outside)
@@ -377,7 +377,8 @@ static bool cross_interface(wave *w, const path_ray *r, const shade_point *p, bs
                             media *beyond) {
     const scene *s = w->settings.scene;
     *beyond = r->media;
-    if (p->material->type->inside == NULL || b->alpha <= 0) return false;
+    if (!material_bounds_medium(p->material->type, p->material->desc) || b->alpha <= 0)
+        return false;
     bool known = p->outside ? media_enter(beyond, p->instance) : media_leave(beyond, p->instance);
     if (!known && (p->outside || b->alpha >= 1)) w->stats.media_mismatches++;
     if (!p->outside) b->alpha = 1;

@@ -20,9 +20,9 @@ static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const 
         if (l->type->transmits)
             follow_interface(w, r, p, b, l, slot);
         else if (l->type->class == LOBE_MIRROR)
-            follow_mirror(w, r, p, l, 1, slot);
+            follow_mirror(w, r, p, b, l, 1, slot);
         else if (l->mirror_share > 0)
-            follow_mirror(w, r, p, l, l->mirror_share, slot);
+            follow_mirror(w, r, p, b, l, l->mirror_share, slot);
     }
 }
 

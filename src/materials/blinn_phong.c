@@ -22,4 +22,5 @@ const material_type material_blinn_phong = {
     .info = TYPE_INFO(CATEGORY_MATERIAL, blinn_phong, "blinn_phong",
                       "matte with a highlight, the modified form"),
     .fill = fill,
+    .may_gain = true,
 };

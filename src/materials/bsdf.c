@@ -2,6 +2,7 @@
 
 #include <assert.h>
 
+#include "materials/albedo.h"
 #include "maths/functions.h"
 #include "sampling/warp.h"
 
@@ -13,7 +14,8 @@ lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
     if (!(dvec3_largest(weight) > 0) && !type->transmits) return NULL;
     assert(b->lobe_count < LOBES_MAX);
     lobe *l = &b->lobes[b->lobe_count++];
-    *l = (lobe){.type = type, .weight = weight, .exponent = parameter, .share = -1};
+    *l = (lobe){
+        .type = type, .weight = weight, .exponent = parameter, .share = -1, .reflected = {1, 1, 1}};
     return l;
 }
 
@@ -28,7 +30,9 @@ dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi) {
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
         if (!counts(l, set) || (beyond && !l->type->transmits)) continue;
-        sum = dvec3_add(sum, l->type->evaluate(l, b, n, wo, wi));
+        dvec3 f = l->type->evaluate(l, b, n, wo, wi);
+        double passing = lobe_passing(l, b, dvec3_dot(n, wo), dvec3_dot(n, wi));
+        sum = dvec3_add(sum, dvec3_scale(f, passing));
     }
     return sum;
 }
@@ -43,6 +47,27 @@ dvec3 bsdf_passing(const bsdf *b) {
     for (int i = 0; i < b->lobe_count; i++)
         if (b->lobes[i].type->transmits) return b->lobes[i].weight;
     return (dvec3){1, 1, 1};
+}
+
+static double coat_passing(const coating *c, double cosine) {
+    double kept =
+        c->sheen ? albedo_sheen(c->alpha, cosine) : albedo_ggx(c->alpha, cosine, c->f0, 1);
+    return clamp01(1 - c->amount * kept);
+}
+
+double lobe_passing(const lobe *l, const bsdf *b, double cos_o, double cos_i) {
+    double passing = 1;
+    for (int i = 0; i < l->under; i++) {
+        double from = coat_passing(&b->coats[i], cos_o);
+        /* What is beyond has the coats on the other side only once. */
+        passing *= cos_i > 0 ? double_min(from, coat_passing(&b->coats[i], cos_i)) : from;
+    }
+    return passing;
+}
+
+dvec3 lobe_mirrored(const lobe *l, const bsdf *b, double cosine) {
+    dvec3 reflected = dvec3_mul(l->weight, fresnel_evaluate(&l->fresnel, cosine));
+    return dvec3_scale(reflected, lobe_passing(l, b, cosine, cosine));
 }
 
 /* ---- drawing one direction for all lobes ---- */
@@ -82,22 +107,27 @@ double bsdf_pdf(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
 /* A smooth interface reflects with the probability F, so the weight of the reflected ray is 1. */
 static bool sample_interface(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, double u,
                              bsdf_direction *out) {
-    double reflected = fresnel_dielectric(dvec3_dot(n, wo), b->ior1, b->ior2);
+    double cosine = dvec3_dot(n, wo);
+    double reflected = l->type->thin ? fresnel_evaluate(&l->fresnel, cosine).x
+                                     : fresnel_dielectric(cosine, b->ior1, b->ior2);
     out->transmitted = u >= reflected;
-    out->weight = out->transmitted ? l->weight : (dvec3){1, 1, 1};
-    if (out->transmitted) return refract_direction(wo, n, b->ior1 / b->ior2, &out->wi);
-    out->wi = reflect_direction(wo, n);
-    return true;
+    out->weight = out->transmitted ? l->weight : l->reflected;
+    out->wi = out->transmitted ? dvec3_negate(wo) : reflect_direction(wo, n);
+    if (!out->transmitted || l->type->thin) return true;
+    return refract_direction(wo, n, b->ior1 / b->ior2, &out->wi);
 }
 
 static bool sample_delta(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, double share, double u,
                          bsdf_direction *out) {
     *out = (bsdf_direction){.pdf = 0};
+    double cosine = dvec3_dot(n, wo);
     if (l->type->class == LOBE_INTERFACE) {
         if (!sample_interface(l, b, n, wo, u, out)) return false;
+        double passing = lobe_passing(l, b, cosine, out->transmitted ? -cosine : cosine);
+        out->weight = dvec3_scale(out->weight, passing);
     } else {
         out->wi = reflect_direction(wo, n);
-        out->weight = dvec3_mul(l->weight, fresnel_evaluate(&l->fresnel, dvec3_dot(n, wo)));
+        out->weight = lobe_mirrored(l, b, cosine);
     }
     out->weight = dvec3_scale(out->weight, 1 / share);
     return true;
@@ -194,12 +224,19 @@ static bool sample_blinn_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, 
     return dvec3_dot(n, *wi) > 0;
 }
 
-const lobe_type lobe_lambert = {LOBE_DIFFUSE, false, evaluate_lambert, pdf_lambert, sample_lambert};
-const lobe_type lobe_phong = {LOBE_DIFFUSE, false, evaluate_phong, pdf_phong, sample_phong};
-const lobe_type lobe_blinn_phong = {LOBE_DIFFUSE, false, evaluate_blinn_phong, pdf_blinn_phong,
-                                    sample_blinn_phong};
+const lobe_type lobe_lambert = {.class = LOBE_DIFFUSE,
+                                .evaluate = evaluate_lambert,
+                                .pdf = pdf_lambert,
+                                .sample = sample_lambert};
+const lobe_type lobe_phong = {
+    .class = LOBE_DIFFUSE, .evaluate = evaluate_phong, .pdf = pdf_phong, .sample = sample_phong};
+const lobe_type lobe_blinn_phong = {.class = LOBE_DIFFUSE,
+                                    .evaluate = evaluate_blinn_phong,
+                                    .pdf = pdf_blinn_phong,
+                                    .sample = sample_blinn_phong};
 const lobe_type lobe_mirror = {.class = LOBE_MIRROR};
 const lobe_type lobe_interface = {.class = LOBE_INTERFACE, .transmits = true};
+const lobe_type lobe_thin = {.class = LOBE_INTERFACE, .transmits = true, .thin = true};
 
 /* ---- directions ---- */
 

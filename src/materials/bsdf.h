@@ -32,6 +32,8 @@ typedef struct bsdf bsdf;
 typedef struct lobe_type {
     lobe_class class;
     bool transmits; /* wi may lie beyond the surface */
+    bool thin;      /* of those that transmit: what is beyond is the same medium, so that light goes
+                       straight on, and its index is that of lobe.fresnel */
     /* The BSDF, 1/sr, without the cosine. Both NULL for delta lobes. */
     dvec3 (*evaluate)(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
     /* The density of `sample`, per solid angle of wi. */
@@ -56,13 +58,23 @@ struct lobe {
     /* How much of the light from wo it sends on, roughly (0 .. 1): `path` chooses among lobes by it.
      * Negative: bsdf_add's own guess from weight and Fresnel. */
     double share;
+    dvec3 reflected; /* of interfaces: multiplies what they reflect; 1 */
+    int under;       /* the bsdf's first `under` coats lie over it */
 };
 
-enum { LOBES_MAX = 8 };
+/* What lies over other lobes keeps light from them: its own directional albedo E, in part. */
+typedef struct coating {
+    bool sheen; /* of fibres; else a dielectric of reflectance f0, GGX */
+    double amount, alpha, f0;
+} coating;
+
+enum { LOBES_MAX = 12, COATS_MAX = 2 };
 
 struct bsdf {
     lobe lobes[LOBES_MAX];
     int lobe_count;
+    coating coats[COATS_MAX]; /* the outermost first */
+    int coat_count;
     dvec3 emission;    /* radiance leaving towards wo */
     dvec3 ambient;     /* k_a */
     double alpha;      /* 1: all there; 0: a ray passes as if nothing were there */
@@ -92,11 +104,20 @@ double bsdf_pdf(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
 /* choice in [0,1) chooses the lobe. false: the path ends here. */
 bool bsdf_sample(const bsdf *b, dvec3 n, dvec3 wo, double choice, sample2 u, bsdf_direction *out);
 
+/* What coats leave of light that comes from one direction and goes to the other, by the cosines of
+ * both with n: the less of the two, which is reciprocal and never more than the coat lets through
+ * (KHR_materials_sheen, "Albedo scaling"). bsdf_evaluate and bsdf_sample include it. */
+double lobe_passing(const lobe *l, const bsdf *b, double cos_o, double cos_i);
+/* The weight of the mirror ray of a mirror or, sharpened, of a glossy lobe: weight * Fresnel, less
+ * what its coats keep. */
+dvec3 lobe_mirrored(const lobe *l, const bsdf *b, double cosine);
+
 extern const lobe_type lobe_lambert;     /* R / pi */
 extern const lobe_type lobe_phong;       /* k_s (r.v)^p */
 extern const lobe_type lobe_blinn_phong; /* k_s (n.h)^p */
 extern const lobe_type lobe_mirror;      /* weight times Fresnel */
 extern const lobe_type lobe_interface;   /* a smooth boundary between media */
+extern const lobe_type lobe_thin;        /* a smooth pane without thickness: straight on */
 
 /* v + 2 ((n.v) n - v): the mirror direction of v about n (Cornell "Ray tracing: shading"). */
 dvec3 reflect_direction(dvec3 wo, dvec3 n);

@@ -27,6 +27,11 @@ static inline fresnel fresnel_of_ior(double ior) {
  * cos1 >= 0 on the side of ior1. 1 at total internal reflection. (Cornell CS4620, "Fresnel's
  * formulas".) */
 double fresnel_dielectric(double cos1, double ior1, double ior2);
+/* The reflectance at normal incidence from vacuum: ((ior - 1) / (ior + 1))^2. */
+static inline double fresnel_f0(double ior) {
+    double root = (ior - 1) / (ior + 1);
+    return root * root;
+}
 /* The same for a conductor of complex index eta + i k, seen from vacuum. k = 0 is a dielectric. */
 double fresnel_conductor(double cosine, double eta, double k);
 

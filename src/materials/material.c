@@ -13,6 +13,7 @@ const uint32_t material_type_count = sizeof material_types / sizeof material_typ
 double material_alpha(const material *m, const material_point *point) {
     const material_common *common = m->desc;
     double alpha = input_scalar(&common->alpha, point->textures, &point->at) * point->alpha;
+    if (m->type->opacity) alpha *= m->type->opacity(m->desc, point);
     if (common->alpha_cutoff > 0) return alpha < (double)common->alpha_cutoff ? 0 : 1;
     return clamp01(alpha);
 }
@@ -27,7 +28,7 @@ dvec3 material_emission(const material *m, const material_point *point) {
 
 void material_evaluate(const material *m, const material_point *point, bsdf *out) {
     const material_common *common = m->desc;
-    out->lobe_count = 0;
+    out->lobe_count = out->coat_count = 0;
     out->ior1 = out->ior2 = 1;
     out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
     out->ambient = dvec3_from(common->ambient);

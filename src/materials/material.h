@@ -61,7 +61,21 @@ typedef struct material_type {
     bool (*shines)(const void *desc, const material *materials);
     /* The medium inside closed shapes of this material; NULL: it does not bound one. */
     medium (*inside)(const void *desc);
+    /* Whether this one bounds its medium; NULL: it always does, where there is `inside`. */
+    bool (*bounds)(const void *desc);
+    /* How much of it is there, 0 .. 1, beside the common `alpha`; NULL: all. */
+    double (*opacity)(const void *desc, const material_point *point);
+    bool may_gain; /* a classic formula that may reflect more than it receives */
 } material_type;
+
+static inline bool material_bounds_medium(const material_type *type, const void *desc) {
+    return type->inside && (type->bounds == NULL || type->bounds(desc));
+}
+/* Those that it is made of do not count. */
+static inline bool material_emits(const material_type *type, const void *desc) {
+    return vec3_largest(((const material_common *)desc)->emission.value) > 0 ||
+           (type->shines && type->shines(desc, NULL));
+}
 
 extern const material_type *const material_types[];
 extern const uint32_t material_type_count;

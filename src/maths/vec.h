@@ -71,6 +71,13 @@ static inline dvec3 dvec3_from_frame(dvec3 n, dvec3 local) {
                      dvec3_scale(n, local.z));
 }
 
+/* The reverse: a vector's coordinates in the frame of n. */
+static inline dvec3 dvec3_to_frame(dvec3 n, dvec3 v) {
+    dvec3 t, b;
+    dvec3_frame(n, &t, &b);
+    return (dvec3){dvec3_dot(t, v), dvec3_dot(b, v), dvec3_dot(n, v)};
+}
+
 /* ---- bounds ---- */
 static inline bounds3 bounds3_empty(void) {
     return (bounds3){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};

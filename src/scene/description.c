@@ -225,12 +225,15 @@ static snell_status check_id(const description *d, category which, const type_in
  * itself (the depth would have no bound), and a medium belongs to the whole, not to a part. */
 static snell_status check_part(const description *d, const type_info *type, const field *f,
                                uint32_t index) {
-    const type_info *part = d->objects[CATEGORY_MATERIAL].items[index].type;
+    const object *named = &d->objects[CATEGORY_MATERIAL].items[index];
+    const type_info *part = named->type;
     bool fits = true;
     for (uint32_t i = 0; i < part->field_count; i++)
         if (part->fields[i].kind == FIELD_MATERIAL) fits = false;
     for (uint32_t i = 0; i < material_type_count; i++)
-        if (&material_types[i]->info == part && material_types[i]->inside) fits = false;
+        if (&material_types[i]->info == part &&
+            material_bounds_medium(material_types[i], named->desc))
+            fits = false;
     if (fits) return SNELL_OK;
     return error_set(SNELL_ERR_ARGUMENT, "use a material such as lambert", "%s: '%s' cannot be %s",
                      type->name, f->name, part->name);

@@ -154,7 +154,7 @@ static uint32_t shadow_mask(const material *m) {
     const material_common *common = m->desc;
     if (common->shadow == SHADOW_NONE) return MASK_NO_SHADOW;
     if (common->shadow == SHADOW_OPAQUE) return MASK_OPAQUE;
-    return m->type->inside != NULL || !m->opaque_alpha ? MASK_FILTER : MASK_OPAQUE;
+    return material_bounds_medium(m->type, m->desc) || !m->opaque_alpha ? MASK_FILTER : MASK_OPAQUE;
 }
 
 /* A mesh of several materials is a filter as soon as one of them is: the walk looks at each
@@ -171,17 +171,21 @@ static uint32_t instance_mask(const scene *s, const scene_instance *at) {
     return mask;
 }
 
+static bool bounds_medium(const scene *s, uint32_t index) {
+    return material_bounds_medium(s->materials[index].type, s->materials[index].desc);
+}
+
 /* What is inside an instance: its material's medium, or that of the first slot that has one. */
 static void find_medium(const scene *s, scene_instance *at) {
     uint32_t index = at->material;
     const mesh_desc *mesh = at->type->intersect == NULL ? at->shape : NULL;
     if (mesh && mesh->material_slots_count) {
         index = mesh->materials[0].index1 - 1;
-        for (size_t i = 1; i < mesh->materials_count && !s->materials[index].type->inside; i++)
+        for (size_t i = 1; i < mesh->materials_count && !bounds_medium(s, index); i++)
             index = mesh->materials[i].index1 - 1;
     }
     const material *m = &s->materials[index];
-    at->has_medium = m->type->inside != NULL;
+    at->has_medium = bounds_medium(s, index);
     at->medium_material = index;
     if (at->has_medium) at->inside = m->type->inside(m->desc);
 }
