@@ -19,7 +19,8 @@ typedef struct scene_instance {
     uint32_t shape_index;
     uint32_t material; /* index into materials; slots of a mesh choose others */
     bool identity;
-    transform to_world, to_local;
+    transform to_world, to_local; /* where it moves: at the first of its steps */
+    const motion *moves;          /* NULL: it stands still */
     bool has_medium;
     medium inside;            /* of its dielectric: a mesh of several has the first one's */
     uint32_t medium_material; /* which that is */
@@ -34,6 +35,10 @@ typedef struct scene {
     scene_instance *instances;
     uint32_t *instance_ids; /* index in the description of each */
     uint32_t instance_count;
+    motion *motions; /* of the instances that move, one after the other */
+    uint32_t motion_count;
+    /* What the motions were clipped to, seconds; -INFINITY, INFINITY without a camera. */
+    double time_open, time_close;
     accel *accel;
     bounds3 bounds; /* without planes */
     dvec3 background, background_top, ambient;
@@ -52,6 +57,11 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
                           scene **out);
 void scene_destroy(scene *s);
 dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
+
+/* When a camera's shutter opens and closes, in seconds on the scene's clock. */
+void scene_shutter(const description *d, const camera_common *camera, double out[2]);
+/* Where the instance is at the time. */
+transform scene_instance_transform(const scene *s, uint32_t index, float time);
 
 /* Everything about a hit that shading needs, in the world. */
 typedef struct shade_point {
