@@ -53,7 +53,7 @@ const char *field_kind_name(field_kind kind) {
                                         [FIELD_MATERIAL] = "material",
                                         [FIELD_TRANSFORM] = "transform",
                                         [FIELD_VEC3S] = "list of {x, y, z}",
-                                        [FIELD_VEC2S] = "list of {u, v}",
+                                        [FIELD_VEC2S] = "list of pairs",
                                         [FIELD_UINTS] = "list of integers",
                                         [FIELD_BYTES] = "bytes",
                                         [FIELD_MATERIALS] = "list of materials",
