@@ -3,7 +3,9 @@
 #include <string.h>
 
 #include "api/api.h"
+#include "image/codec.h"
 #include "image/srgb.h"
+#include "importers/image_float.h"
 #include "integrators/differential.h"
 #include "maths/functions.h"
 #include "render_test.h"
@@ -334,7 +336,8 @@ static void noise_is_a_function_of_the_place(void **state) {
     }
     desc = SNELL_INIT(noise_texture_desc);
     texture_point known = at_point(.37, -1.91, 12.25, (dvec3){0, 1, 0});
-    static const double values[3] = {0x1.b22f9f0ae149ap-3, 0x1.4e8fbe16ea7b3p-1, 0x1.259151302464bp-1};
+    static const double values[3] = {0x1.b22f9f0ae149ap-3, 0x1.4e8fbe16ea7b3p-1,
+                                     0x1.259151302464bp-1};
     for (desc.kind = 0; desc.kind < 3; desc.kind++) {
         double value = red_at(&texture_noise, &desc, &known);
         if (value != values[desc.kind]) printf("kind %d: %a\n", desc.kind, value);
@@ -719,6 +722,68 @@ static void a_ramp_tilts_by_its_slope(void **state) {
     ASSERT_CLOSE(-n.x / n.z, 0.5, 2e-3, 0);
 }
 
+/* ---- pictures of floats ---- */
+
+/* What the codecs write is read bit for bit; what is cut off anywhere is an error, never a crash. */
+static void float_pictures_come_back(void **state) {
+    (void)state;
+    enum { WIDTH = 13, HEIGHT = 21 };
+    static float pixels[WIDTH * HEIGHT * 3];
+    uint64_t random = 8;
+    for (size_t i = 0; i < WIDTH * HEIGHT * 3; i++) pixels[i] = (float)(1e3 * uniform(&random));
+    static const char *const names[] = {"pfm", "exr"};
+    for (int f = 0; f < (SNELL_HAS_OPENEXR ? 2 : 1); f++) {
+        const image_codec *codec;
+        void *data;
+        size_t size;
+        decoded_image image;
+        MUST(image_codec_find(names[f], &codec));
+        MUST(image_encode(codec, &(image_pixels){pixels, WIDTH, HEIGHT, 3}, &(image_options){0},
+                          &data, &size));
+        assert_true(image_is_float(data, size));
+        MUST(image_decode_float(data, size, IMAGE_SIZE_MAX, &image));
+        assert_true(image.width == WIDTH && image.height == HEIGHT && image.channels == 4);
+        const float *got = (const float *)(const void *)image.pixels;
+        for (size_t i = 0; i < WIDTH * HEIGHT; i++) {
+            assert_memory_equal(got + 4 * i, pixels + 3 * i, 3 * sizeof(float));
+            assert_true(got[4 * i + 3] == 1);
+        }
+        image_free(&image);
+        assert_int_equal(image_decode_float(data, size, 100, &image), SNELL_ERR_MEMORY);
+        for (size_t cut = 4; cut < size; cut++)
+            assert_true(image_decode_float(data, cut, IMAGE_SIZE_MAX, &image) != SNELL_OK);
+        free(data);
+    }
+}
+
+#define HDR_HEAD "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n"
+
+static void radiance_pictures_are_read(void **state) {
+    (void)state;
+    /* Eight pixels: a run of red 128, literal greens, no blue, the exponent of 1/256. */
+    static const char coded[] = HDR_HEAD "-Y 1 +X 8\n\2\2\0\10\210\200"
+                                         "\10\1\2\3\4\5\6\7\10\210\0\210\210";
+    static const char plain[] = HDR_HEAD "-Y 2 +X 2\n\200\100\0\201\1\1\1\1"
+                                         "\0\0\0\0\20\20\20\210";
+    decoded_image image;
+    MUST(image_decode_float(coded, sizeof coded - 1, IMAGE_SIZE_MAX, &image));
+    const float *p = (const float *)(const void *)image.pixels;
+    for (int x = 0; x < 8; x++)
+        assert_true(p[4 * x] == 128 && p[4 * x + 1] == (float)(x + 1) && p[4 * x + 2] == 0);
+    image_free(&image);
+    MUST(image_decode_float(plain, sizeof plain - 1, IMAGE_SIZE_MAX, &image));
+    p = (const float *)(const void *)image.pixels;
+    assert_true(p[0] == 1 && p[1] == .5f && p[4] == 1 && p[8] == 0 && p[12] == 16);
+    image_free(&image);
+    for (size_t cut = 3; cut < sizeof coded - 1; cut++)
+        assert_true(image_decode_float(coded, cut, IMAGE_SIZE_MAX, &image) != SNELL_OK);
+    static const char *const bad[] = {HDR_HEAD "-Y 0 +X 8\n", HDR_HEAD "+X 8 -Y 8\n",
+                                      HDR_HEAD "-Y 16384 +X 8192\n",
+                                      "#?RADIANCE\nFORMAT=32-bit_rle_xyze\n\n-Y 1 +X 1\n...."};
+    for (size_t i = 0; i < 4; i++)
+        assert_true(image_decode_float(bad[i], strlen(bad[i]), IMAGE_SIZE_MAX, &image) != SNELL_OK);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(an_image_lies_as_documented),
@@ -729,6 +794,8 @@ int main(void) {
         cmocka_unit_test(a_plain_image_has_plain_levels),
         cmocka_unit_test(levels_are_made_in_linear_light),
         cmocka_unit_test(an_image_of_one_pixel_is_a_colour),
+        cmocka_unit_test(float_pictures_come_back),
+        cmocka_unit_test(radiance_pictures_are_read),
         cmocka_unit_test(a_filtered_checker_is_its_mean),
         cmocka_unit_test(a_gradient_is_linear),
         cmocka_unit_test(noise_has_the_stated_mean),
