@@ -1432,12 +1432,19 @@ static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
-typedef struct snell_perspective_camera_desc { /* a pinhole camera */
+typedef struct snell_perspective_camera_desc { /* a pinhole camera, or a thin lens with depth of field */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */
     snell_vec3 at; /* what it looks at; m */
     snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
     float fov; /* vertical field of view; radians; 0.0001 to 3.1415 */
+    float lens_radius; /* 0: a pinhole, everything sharp; larger: more blur out of focus; m; >= 0 */
+    float focus; /* distance of the sharp plane along the view; 0: that of 'at'; m; >= 0 */
+    int32_t blades; /* sides of the aperture, 3 to 16; 0: round; 0 to 16 */
+    float blade_rotation; /* turns the aperture, whose first corner is on the right; radians */
 } snell_perspective_camera_desc;
 static inline snell_perspective_camera_desc snell_perspective_camera_desc_init(size_t struct_size) {
     snell_perspective_camera_desc desc;
@@ -1445,10 +1452,75 @@ static inline snell_perspective_camera_desc snell_perspective_camera_desc_init(s
     desc.struct_size = struct_size;
     desc.from.z = (float)5;
     desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
     desc.fov = (float)0.69813168;
     return desc;
 }
 SNELL_API snell_status snell_scene_add_perspective_camera(snell_scene *scene, const snell_perspective_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_orthographic_camera_desc { /* parallel rays: the same size near and far */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+    float height; /* what the picture is high, around 'at'; m; > 0 */
+} snell_orthographic_camera_desc;
+static inline snell_orthographic_camera_desc snell_orthographic_camera_desc_init(size_t struct_size) {
+    snell_orthographic_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    desc.height = (float)2;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_orthographic_camera(snell_scene *scene, const snell_orthographic_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_panorama_camera_desc { /* everything around, longitude by latitude; twice as wide as high */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+} snell_panorama_camera_desc;
+static inline snell_panorama_camera_desc snell_panorama_camera_desc_init(size_t struct_size) {
+    snell_panorama_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_panorama_camera(snell_scene *scene, const snell_panorama_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_fisheye_camera_desc { /* a wide circle: angles from the view are distances from its middle */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+    float fov; /* across the circle; radians; 0.0001 to 6.28319 */
+} snell_fisheye_camera_desc;
+static inline snell_fisheye_camera_desc snell_fisheye_camera_desc_init(size_t struct_size) {
+    snell_fisheye_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    desc.fov = (float)3.14159274;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_fisheye_camera(snell_scene *scene, const snell_fisheye_camera_desc *desc, snell_camera_id *out);
 /* clang-format on */
 /* END GENERATED */
 

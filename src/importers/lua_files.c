@@ -273,6 +273,26 @@ static bool is_of_the_file(const char *name) {
     return choice_find("pixels|width|height|format", name) >= 0;
 }
 
+/* The image of the field `file` of table 1, with the parameters in `params`, which has room for four
+ * more; the number of the texture. */
+static uint32_t add_image(lua_State *L, const char *label, snell_param *params, size_t count,
+                          const char *name) {
+    const decoded_image *image = read_image(L, need_file(L, label));
+    params[count++] = (snell_param){"width", SNELL_PARAM_INT, {.i = image->width}};
+    params[count++] = (snell_param){"height", SNELL_PARAM_INT, {.i = image->height}};
+    params[count++] = (snell_param){"format", SNELL_PARAM_STRING, {.s = image_format_word(image)}};
+    size_t size = (size_t)image->width * image->height * image->channels;
+    if (image->floats) size *= sizeof(float);
+    params[count++] = (snell_param){
+        .name = "pixels", .kind = SNELL_PARAM_ARRAY, .value.array = {image->pixels, size}};
+    object_source source = {.name = name};
+    source.line = scene_line(L, &source.file);
+    uint32_t index;
+    if (description_add(scene_of(L)->d, CATEGORY_TEXTURE, "image", params, count, source, &index))
+        scene_fail_last(L, "image", label);
+    return index;
+}
+
 int files_image(lua_State *L, const type_info *type) {
     const char *label = "texture.image", *names[64];
     snell_param params[64];
@@ -287,21 +307,19 @@ int files_image(lua_State *L, const type_info *type) {
         if (lua_rawget(L, 1) != LUA_TNIL)
             values_read_field(L, type, &type->fields[i], label, &params[count++]);
     }
-    const decoded_image *image = read_image(L, need_file(L, label));
-    params[count++] = (snell_param){"width", SNELL_PARAM_INT, {.i = image->width}};
-    params[count++] = (snell_param){"height", SNELL_PARAM_INT, {.i = image->height}};
-    params[count++] = (snell_param){"format", SNELL_PARAM_STRING, {.s = image_format_word(image)}};
-    size_t size = (size_t)image->width * image->height * image->channels;
-    if (image->floats) size *= sizeof(float);
-    params[count++] = (snell_param){
-        .name = "pixels", .kind = SNELL_PARAM_ARRAY, .value.array = {image->pixels, size}};
-    object_source source = {.name = values_get_string(L, label, "name")};
-    source.line = scene_line(L, &source.file);
-    uint32_t index;
-    if (description_add(scene_of(L)->d, CATEGORY_TEXTURE, "image", params, count, source, &index))
-        scene_fail_last(L, "image", label);
-    handle_push(L, HANDLE_TEXTURE, index);
+    handle_push(L, HANDLE_TEXTURE,
+                add_image(L, label, params, count, values_get_string(L, label, "name")));
     return 1;
+}
+
+/* Above and below the poles there is nothing to repeat. */
+uint32_t files_environment(lua_State *L) {
+    const char *label = "light.environment";
+    snell_param params[8] = {
+        {.name = "wrap_v", .kind = SNELL_PARAM_STRING, .value.s = "clamp"},
+        {.name = "map", .kind = SNELL_PARAM_STRING, .value.s = "uv"},
+    };
+    return 1 + add_image(L, label, params, 2, NULL);
 }
 
 /* ---- values from the command line ---- */

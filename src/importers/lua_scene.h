@@ -179,6 +179,9 @@ void files_open(lua_State *L); /* model, include, param */
 /* A mesh from a file: mesh { file = }. Pushes the node. */
 int files_mesh(lua_State *L);
 int files_image(lua_State *L, const type_info *type); /* texture.image { file = } */
+/* The picture of the surroundings of light.environment { file = }: the number of its texture, from 1.
+ */
+uint32_t files_environment(lua_State *L);
 /* The file that the program calls `name`, by its path, on the stack. */
 const char *files_resolve(lua_State *L, const char *name);
 void files_check_params(lua_State *L);
