@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "cameras/camera.h"
 #include "geometry/mesh.h"
 #include "scene/records.h"
 #include "scene/settings.h"
