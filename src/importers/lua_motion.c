@@ -212,7 +212,8 @@ void motion_read_keys(lua_State *L, const char *label, const field *f, snell_par
 static uint32_t append(lua_State *L, const motion_key *keys, size_t count, int function,
                        placement now) {
     lua_scene *s = scene_of(L);
-    lua_motion made = {.count = count, .function = function, .now = now};
+    lua_motion made = {
+        .count = count, .function = function, .line = scene_line(L, NULL), .now = now};
     if (count) {
         made.keys = memory_resize(NULL, count, sizeof *made.keys);
         if (made.keys) memcpy(made.keys, keys, count * sizeof *keys);
@@ -285,15 +286,16 @@ void motion_sample_functions(lua_State *L) {
     int pieces = find_window(s, window);
     for (size_t i = 0; i < s->motion_count; i++) { /* a function may add more */
         if (s->motions[i].function == LUA_NOREF) continue;
+        const char *label = lua_pushfstring(L, "line %d", (int)s->motions[i].line);
         lua_rawgeti(L, LUA_REGISTRYINDEX, s->motions[i].function);
         size_t count;
-        const motion_key *keys = sample(L, "motion", window, pieces, &count);
+        const motion_key *keys = sample(L, label, window, pieces, &count);
         motion_key *kept = memory_resize(NULL, count, sizeof *kept);
         if (kept == NULL) scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
         memcpy(kept, keys, count * sizeof *kept);
         s->motions[i].keys = kept;
         s->motions[i].count = count;
-        lua_pop(L, 2);
+        lua_pop(L, 3);
         luaL_unref(L, LUA_REGISTRYINDEX, s->motions[i].function);
         s->motions[i].function = LUA_NOREF;
     }

@@ -40,6 +40,7 @@ typedef struct lua_motion {
     motion_key *keys; /* owned */
     size_t count;
     int function;  /* a reference; LUA_NOREF: none */
+    uint32_t line; /* where it is said */
     placement now; /* at the frame's own time */
 } lua_motion;
 
