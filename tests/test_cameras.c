@@ -379,6 +379,55 @@ static void moving_meshes_are_where_they_are(void **state) {
     ASSERT_CLOSE((double)found.normal.z, 1, 1e-6, 0);
 }
 
+/* Rays that leave a convex thing on its outside, at the moment at which they met it, do not meet it
+ * again: far from the origin, turning, small and large. */
+static void moving_things_do_not_hit_themselves(void **state) {
+    (void)state;
+    enum { RAYS = 20000 };
+    static const double places[] = {0, 1000}, sizes[] = {0.01, 1, 50};
+    uint64_t random = 4;
+    int hits = 0;
+    for (int which = 0; which < 12; which++) {
+        double place_x = places[which % 2], size = sizes[which / 2 % 3];
+        rig_clear(&bench);
+        snell_instance_id id =
+            which < 6 ? add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0})
+                      : add_box(&bench, v3(-1, -1, -1), v3(1, 1, 1), (snell_material_id){0, 0});
+        snell_motion_key keys[2] = {turned(0, 10), turned(1, 120)};
+        for (int k = 0; k < 2; k++)
+            for (int i = 0; i < 3; i++) {
+                for (int j = 0; j < 3; j++)
+                    keys[k].transform.m[i][j] *= (float)(size * (1 + 0.1 * i));
+                keys[k].transform.m[i][3] = (float)(place_x + k * size);
+            }
+        MUST(snell_scene_set_instance_motion(bench.scene, id, keys, 2));
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        const scene *s = bench.scene->frozen;
+        for (int n = 0; n < RAYS; n++) {
+            double time = uniform(&random), at = place_x + time * size;
+            vec3 o = v3(at + 4 * size * (uniform(&random) - 0.5),
+                        at + 4 * size * (uniform(&random) - 0.5), at + 4 * size);
+            vec3 d = v3(at - (double)o.x + size * (uniform(&random) - 0.5),
+                        at - (double)o.y + size * (uniform(&random) - 0.5), at - (double)o.z);
+            ray r = ray_make(o, d, 0, INFINITY);
+            r.time = (float)time;
+            hit found, again;
+            accel_trace(s->accel, SNELL_ISA_AUTO, &r, &found, 1, NULL);
+            if (found.instance == NO_ID) continue;
+            shade_point p;
+            scene_shade_point(s, &r, &found, &p);
+            dvec3 out = {uniform(&random) - 0.5, uniform(&random) - 0.5, uniform(&random) - 0.5};
+            if (dvec3_dot(out, p.n) < 0) out = dvec3_negate(out);
+            ray next = scene_spawn_ray(&p, out, INFINITY);
+            next.time = r.time;
+            accel_trace(s->accel, SNELL_ISA_AUTO, &next, &again, 1, NULL);
+            assert_int_equal(again.instance, NO_ID);
+            hits++;
+        }
+    }
+    assert_true(hits > RAYS * 6);
+}
+
 /* What no shutter sees is left out, and only a camera that was committed for may look. */
 static void motions_are_clipped_to_the_shutters(void **state) {
     (void)state;
@@ -521,6 +570,7 @@ int main(void) {
         cmocka_unit_test_setup(motion_coverages, fresh),
         cmocka_unit_test_setup(turns_follow_the_arc, fresh),
         cmocka_unit_test_setup(moving_meshes_are_where_they_are, fresh),
+        cmocka_unit_test_setup(moving_things_do_not_hit_themselves, fresh),
         cmocka_unit_test_setup(motions_are_clipped_to_the_shutters, fresh),
         cmocka_unit_test_setup(cameras_move, fresh),
         cmocka_unit_test_setup(bad_motions_are_refused, fresh),
