@@ -171,6 +171,7 @@ typedef struct snell_load_desc {
     const char *up;      /* "x" "y" "z" "-x" "-y" "-z"; NULL: as the format says */
     uint64_t memory_max; /* bytes the import may use; 0: a share of the machine's memory */
     double time_max;     /* CPU seconds the import may use; 0: 300 */
+    uint32_t frame;      /* which frame of an animation, 1 to 1000000; 0: its first */
     bool allow_programs; /* run .lua; default true */
     /* Files are read by the sandboxed program snell-import, started with posix_spawn; default true.
      * false: only snell_scene_add_* and compiled scenes. */

@@ -81,6 +81,7 @@ node objects_read_common(lua_State *L, const char *label, const char **name) {
                   .material = values_get_material(L, label),
                   .line = scene_line(L, NULL),
                   .placed = values_get_placement(L, label),
+                  .motion = motion_read(L, label),
                   .name = (char *)(uintptr_t)*name};
 }
 
@@ -108,6 +109,7 @@ static int make_shape(lua_State *L) {
     }
     allow(&c, "material");
     allow(&c, "transform");
+    allow(&c, "motion");
     allow(&c, "name");
     read_fields(L, type, &c);
     return push_shape(L, type, &c);
@@ -300,12 +302,12 @@ static int make_setting(lua_State *L) {
 
 /* triangle { {..}, {..}, {..} }: a mesh of one. */
 static int make_triangle(lua_State *L) {
-    static const char *const names[] = {"material", "transform", "name"};
+    static const char *const names[] = {"material", "transform", "name", "motion"};
     static const uint32_t indices[] = {0, 1, 2};
     const type_info *type = type_find(CATEGORY_SHAPE, "mesh");
     construction c = {.label = "triangle"};
     values_need_table(L, c.label);
-    values_check_keys(L, c.label, names, 3, 3);
+    values_check_keys(L, c.label, names, 4, 3);
     snell_vec3 corners[3];
     for (int i = 0; i < 3; i++) {
         double v[3];
