@@ -41,12 +41,12 @@ static inline estimate estimate_light(rig *r, snell_integrator policy, snell_vec
 
 /* ---- families of z-tests: judged together, at the end ---- */
 
-enum { FAMILY_MAX = 2048 };
+enum { FAMILY_MAX = 4096 };
 
 typedef struct family {
     size_t count;
     struct {
-        char name[120];
+        char name[160];
         double z, got, expected, error;
     } tests[FAMILY_MAX];
 } family;
