@@ -430,6 +430,9 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     if (r->primary && w->settings.transparent)
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
     w->settings.integrator->hit(w, r, &p, &b);
+    /* It hides nothing from shadow rays, so not from these either: its light comes on top. */
+    if (w->settings.scene->instances[h->instance].hidden_light)
+        emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
 }
 
 static void handle_miss(wave *w, path_ray *r) {
