@@ -389,9 +389,12 @@ static bool cross_interface(wave *w, const path_ray *r, const shade_point *p, bs
 }
 
 /* Of what is there in part, a path meets all or nothing. The draw is the surface's own, so that two
- * that coincide are independent. */
+ * that coincide are independent, and the place's: a ball is met twice. */
 static bool is_there(const wave *w, const path_ray *r, const hit *h, double alpha) {
-    uint64_t code = r->code ^ hash_mix((uint64_t)h->instance << 32 | h->primitive);
+    uint32_t place;
+    memcpy(&place, &h->t, sizeof place);
+    uint64_t code =
+        r->code ^ hash_mix(((uint64_t)h->instance << 32 | h->primitive) + hash_mix(place));
     uint64_t stream = sample_stream(w->streams[r->pixel], code, SAMPLE_ALPHA);
     return sample_point(stream, r->sample).x < alpha;
 }
@@ -427,6 +430,9 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     if (r->primary && w->settings.transparent)
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
     w->settings.integrator->hit(w, r, &p, &b);
+    /* It hides nothing from shadow rays, so not from these either: its light comes on top. */
+    if (w->settings.scene->instances[h->instance].hidden_light)
+        emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
 }
 
 static void handle_miss(wave *w, path_ray *r) {

@@ -258,16 +258,16 @@ static void freeze_bodies(scene *s, uint32_t shape_count, accel_geometry *geomet
                                                .shape = shape->desc,
                                                .shape_index = NO_ID,
                                                .material = s->material_count + 1 + i,
+                                               .hidden_light = !shape->visible,
                                                .identity = true,
                                                .to_world = transform_identity(),
                                                .to_local = transform_identity()};
         s->instance_ids[index] = NO_ID;
-        instances[index] =
-            (accel_instance){.geometry = shape_count + i,
-                             .mask = shape->visible ? MASK_LIGHT : MASK_LIGHT_HIDDEN,
-                             .identity = true,
-                             .to_world = transform_identity(),
-                             .to_local = transform_identity()};
+        instances[index] = (accel_instance){.geometry = shape_count + i,
+                                            .mask = shape->visible ? MASK_LIGHT : MASK_LIGHT_HIDDEN,
+                                            .identity = true,
+                                            .to_world = transform_identity(),
+                                            .to_local = transform_identity()};
     }
 }
 

@@ -35,7 +35,8 @@ typedef struct scene_instance {
     bool has_medium;
     medium inside;            /* of its dielectric: a mesh of several has the first one's */
     uint32_t medium_material; /* which that is */
-    bool similar; /* to_world keeps angles, so solid angles are the same in both spaces */
+    bool similar;      /* to_world keeps angles, so solid angles are the same in both spaces */
+    bool hidden_light; /* the shape of a light that the camera does not see */
     uint32_t first_emitter, emitter_count;
 } scene_instance;
 
