@@ -12,13 +12,13 @@
 local strength = param("strength", 1, "how much syrup")
 local gap = param("gap", false, "leave 0.1 mm of air between water and glass, which is wrong")
 
-render { integrator = "path", width = 600, height = 700, samples = 256, max_depth = 24 }
+render { integrator = "path", width = 420, height = 480, samples = 100, max_depth = 24 }
 camera { from = {0, 0.16, 0.5}, at = {0, 0.068, 0}, fov = 23 }
 
 -- Large lights: a ray that leaves the glass has to find them by itself.
-light.environment { radiance = texture.gradient { map = "spherical", color_a = {0.5, 0.48, 0.45},
-                        color_b = {1.0, 1.05, 1.15}, from = {0, 0.4, 0}, to = {0, 0.9, 0} } }
-light.quad { center = {-0.55, 0.55, 0.05}, at = {0, 0.05, 0}, width = 0.4, height = 0.4, radiance = {14, 13, 11.5},
+light.environment { radiance = texture.gradient { map = "spherical", color_a = {0.3, 0.29, 0.27},
+                        color_b = {0.5, 0.53, 0.58}, from = {0, 0.4, 0}, to = {0, 0.9, 0} } }
+light.quad { center = {-0.55, 0.55, 0.05}, at = {0, 0.05, 0}, width = 0.6, height = 0.6, radiance = {4.2, 3.9, 3.4},
              name = "window" }
 
 -- A table that runs up into a wall behind: one sheet, so that no line is behind the glass.
@@ -66,7 +66,7 @@ end
 water[#water + 1] = { inner(level) + more, level }
 water[#water + 1] = { 0, level }
 lathe { profile = water, name = "water", material = material.dielectric {
-    ior = 1.333, absorption = {1.2 * strength, 34 * strength, 22 * strength} } }
+    ior = 1.333, absorption = {0.8 * strength, 24 * strength, 15 * strength} } }
 
 -- ---- the straw: a tube, open at both ends, with stripes; it leans on the rim ----
 local foot, top = {-0.014, floor + 0.004, 0.004}, {0.0325, height + 0.05, -0.008}

@@ -11,7 +11,7 @@
 
 local metal = param("metal", false, "whether the tall block is a mirror")
 
-render { integrator = "path", width = 600, height = 600, samples = 196, max_depth = 16 }
+render { integrator = "path", width = 420, height = 420, samples = 144, max_depth = 16 }
 camera { from = {0, 1.2, 5.55}, at = {0, 1.2, 0}, fov = 30.5 }
 
 local white = material.lambert { color = {0.74, 0.73, 0.7} }
@@ -31,7 +31,7 @@ wall("right",   {half, 0, -half},      {0, 0, depth}, {0, depth, 0}, blue)
 
 -- The lamp: a square just below the ceiling that shines down.
 light.quad { corner = {-0.3, depth - 0.004, -0.3}, u = {0.6, 0, 0}, v = {0, 0, 0.6},
-             radiance = {15, 12.2, 8.6}, name = "lamp" }
+             radiance = {27, 23.5, 19}, name = "lamp" }
 
 -- Two blocks, turned a little. A box is made around the origin, turned, and then put down.
 local function block(size, x, z, angle, material, name)

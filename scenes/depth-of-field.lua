@@ -9,11 +9,11 @@
 --       snell depth-of-field.lua -D focus=3             the pawn in front
 --       snell depth-of-field.lua -D blades=0            a round aperture
 
-local aperture = param("aperture", 0.09, "radius of the lens in metres")
+local aperture = param("aperture", 0.11, "radius of the lens in metres")
 local focus = param("focus", 4.6, "distance of the sharp plane in metres")
 local blades = param("blades", 6, "of the diaphragm; 0 is round")
 
-render { integrator = "cook", width = 800, height = 600, samples = 144, max_depth = 3 }
+render { integrator = "cook", width = 640, height = 480, samples = 100, max_depth = 3 }
 camera { from = {0.2, 1.55, 4.4}, at = {0, 0.62, -0.1}, fov = 32,
          lens_radius = aperture, focus = focus, blades = blades, blade_rotation = 30 }
 
@@ -55,9 +55,9 @@ end
 -- Lamps far behind. They only glow: ambient light is a constant that a material shows k_a times,
 -- and lights nothing else.
 local hues = { {1, 0.62, 0.28}, {1, 0.8, 0.5}, {0.45, 0.7, 1}, {1, 0.4, 0.3}, {0.6, 1, 0.7} }
-for i = 1, 26 do
+for i = 1, 15 do
     local r, g, b = table.unpack(hues[1 + i % #hues])
-    local x, y = -6.5 + 0.52 * i + 0.25 * math.sin(9 * i), 0.35 + 2.5 * (math.sin(2.4 * i) ^ 2)
-    sphere { center = {x, y, -12 - 3 * math.sin(5 * i)}, radius = 0.045, material = material.lambert {
-        color = 0, ambient = {3000 * r, 3000 * g, 3000 * b} } }
+    local x, y = -5.6 + 0.72 * i + 0.4 * math.sin(9 * i), 0.3 + 1.7 * (math.sin(2.4 * i) ^ 2)
+    sphere { center = {x, y, -12 - 3 * math.sin(5 * i)}, radius = 0.1, material = material.lambert {
+        color = 0, ambient = {400 * r, 400 * g, 400 * b} } }
 end

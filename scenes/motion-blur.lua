@@ -3,7 +3,7 @@
 -- In the picture of five billiard balls in "Distributed Ray Tracing" (Cook, Porter, Carpenter, 1984)
 -- each ray has a time of its own while the shutter is open, and meets everything where it was at
 -- that time. This is another table with the same lesson:
---   1. the white ball has hit the red one at a quarter of the exposure, and rebounds slowly;
+--   1. the white ball has hit the red one halfway through the exposure, and rebounds slowly;
 --   2. the red ball lay still until then: its image is sharp at one end, and trails off;
 --   3. the green ball rolls: its stripe turns, so that its top is more blurred than its foot;
 --   4. the yellow ball spins on the spot: its outline is sharp, and what is painted on it is not.
@@ -12,18 +12,18 @@
 
 local open = param("open", 1, "how long the shutter is open, in 1/24 s")
 
-render { integrator = "cook", width = 800, height = 600, samples = 100, max_depth = 4 }
-camera { from = {0.05, 0.62, 0.78}, at = {0.012, 0.01, -0.03}, fov = 30, shutter = {0, open} }
+render { integrator = "cook", width = 640, height = 480, samples = 81, max_depth = 4 }
+camera { from = {0.04, 0.44, 0.66}, at = {0.012, 0.012, -0.02}, fov = 29, shutter = {0, open} }
 
 local exposure = 1 / 24                          -- seconds
-local impact = 0.25 * exposure                   -- when white meets red
+local impact = 0.5 * exposure                   -- when white meets red
 
 -- Two lamps over the table, and what light the room has. Units are metres: a ball is 57 mm wide.
 background { color = {0.012, 0.012, 0.015}, top = {0.05, 0.05, 0.06} }
-ambient { color = {0.012, 0.014, 0.012} }
+ambient { color = {0.022, 0.03, 0.024} }
 for x = -0.3, 0.3, 0.6 do
     light.quad { corner = {x - 0.2, 0.8, -0.35}, u = {0.4, 0, 0}, v = {0, 0, 0.24},
-                 radiance = {11, 10, 8.6}, name = x < 0 and "left lamp" or "right lamp" }
+                 radiance = {17, 15.5, 13.4}, name = x < 0 and "left lamp" or "right lamp" }
 end
 
 -- ---- the table ----
@@ -31,7 +31,7 @@ local cloth = material.lambert { color = texture.noise { size = 0.004, octaves =
                                      color_a = {0.012, 0.16, 0.07}, color_b = {0.03, 0.27, 0.12} } }
 local wood = material.glazed { ior = 1.45, base = material.lambert {
     color = texture.noise { kind = "marble", size = 0.09, distortion = 1.6, map = "object",
-                            color_a = {0.10, 0.035, 0.015}, color_b = {0.24, 0.10, 0.04} } } }
+                            color_a = {0.13, 0.05, 0.022}, color_b = {0.19, 0.08, 0.035} } } }
 quad { corner = {-2, 0, 1}, u = {4, 0, 0}, v = {0, 0, -1.42}, material = cloth, name = "cloth" }
 box { min = {-2, 0, -0.47}, max = {2, 0.037, -0.42}, material = cloth, name = "cushion" }
 box { min = {-2, -0.05, -0.62}, max = {2, 0.042, -0.47}, material = wood, name = "rail" }
@@ -76,20 +76,20 @@ local upright = transform.rotate { axis = {0, 0, 1}, angle = 0 }
 local red_at, aim = {0.075, 0.035}, {0.97, -0.243}
 local touch = { red_at[1] - 2 * radius * aim[1], red_at[2] - 2 * radius * aim[2] }
 instance { sphere { radius = radius, material = ivory }, name = "white", motion = function(t)
-    local speed = t < impact and 4.2 or 0.35                        -- m/s
+    local speed = t < impact and 2.2 or 0.25                        -- m/s
     return rolled(touch, aim, speed * (t - impact), upright)
 end }
 instance { ball "#a8150f", name = "red", motion = function(t)
-    return rolled(red_at, aim, 3.4 * math.max(0, t - impact),
+    return rolled(red_at, aim, 1.9 * math.max(0, t - impact),
                   transform.rotate { axis = {1, 0, 0.4}, angle = 60 })
 end }
 
 -- Green rolls towards the cushion, its stripe about the axis that it does not turn about.
 instance { ball("#0c6b3d", true), name = "green", motion = function(t)
-    return rolled({-0.11, -0.16}, {0.6, -0.8}, 1.1 * t, transform.rotate { axis = {0.8, 0, 0.6}, angle = 25 })
+    return rolled({-0.11, -0.16}, {0.6, -0.8}, 0.5 * t, transform.rotate { axis = {-0.5, 0, 1}, angle = 58 })
 end }
 
--- Yellow spins on the spot, twelve turns a second. Black lies still.
+-- Yellow spins on the spot, five turns a second. Black lies still.
 instance { ball "#e0a010", name = "yellow", motion = function(t)
     return transform.translate { -0.035, radius, 0.17 }
          * transform.rotate { axis = {0, 1, 0}, angle = 360 * 5 * t }

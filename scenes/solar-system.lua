@@ -12,17 +12,18 @@ local year = param("year", 4, "seconds that the earth takes round the sun")
 
 animation { fps = 24, first = 1, last = 240 }
 
-render { integrator = "cook", width = 800, height = 450, samples = 64, max_depth = 4 }
-camera { from = {0, 7.4, 17}, at = {0.3, -0.35, 0}, fov = 30, shutter = {0, 0.5} }
+render { integrator = "cook", width = 768, height = 432, samples = 64, max_depth = 3,
+         exposure = 1.5, tonemap = "reinhard" }
+camera { from = {0, 10.5, 20}, at = {0, -0.5, 0}, fov = 29, shutter = {0, 0.5} }
 
-background { color = {0.0015, 0.0015, 0.004} }
+background { color = {0.0004, 0.0004, 0.001} }
 ambient { color = 0.004 }
 
 -- The sun lights; its glow is what a camera makes of it, and is left out.
-light.sphere { center = {0, 0, 0}, radius = 0.85, radiance = {30, 24, 14}, name = "sun" }
+light.sphere { center = {0, 0, 0}, radius = 0.8, radiance = {60, 46, 28}, name = "sun" }
 
 -- Stars only glow: ambient light is a constant that a material shows k_a times.
-for i = 1, 420 do
+for i = 1, 1500 do
     local longitude, height = math.random() * 2 * math.pi, 2 * math.random() - 1
     local flat = math.sqrt(1 - height * height)
     local bright = 30 + 500 * math.random() ^ 4
@@ -61,19 +62,14 @@ instance { sphere { radius = 0.06, material = material.lambert { color = 0.5 } }
 end }
 planet("Mars", 4.05, 160, 0.15, 25, clouds({0.3, 0.07, 0.03}, {0.75, 0.35, 0.16}, 0.12))
 
--- Jupiter and Saturn have bands; Saturn has rings, Uranus lies on its side.
-local function bands(a, b, size)
-    return material.lambert { color = texture.noise { kind = "marble", color_a = a, color_b = b, size = size,
-                                                      distortion = 0.35, octaves = 4 } }
-end
-local sideways = transform.rotate { axis = {0, 0, 1}, angle = 90 }    -- marble's stripes lie across x
-planet("Jupiter", 6.3, 292, 0.62, 3, clouds({0.4, 0.22, 0.12}, {0.9, 0.8, 0.65}, 0.3))
-planet("Saturn", 8.1, 30, 0.5, 27, clouds({0.6, 0.45, 0.25}, {0.9, 0.8, 0.55}, 0.5), {
+-- Saturn has rings, Uranus lies on its side.
+planet("Jupiter", 6.3, 140, 0.62, 3, clouds({0.4, 0.22, 0.12}, {0.9, 0.8, 0.65}, 0.3))
+planet("Saturn", 8.1, 36, 0.5, 27, clouds({0.6, 0.45, 0.25}, {0.9, 0.8, 0.55}, 0.5), {
     disk { normal = {0, 1, 0}, radius = 0.86, inner_radius = 0.66, material = material.lambert { color = {0.62, 0.54, 0.4} } },
     disk { normal = {0, 1, 0}, radius = 1.12, inner_radius = 0.9, material = material.lambert { color = {0.5, 0.44, 0.34} } },
 })
-planet("Uranus", 9.6, 190, 0.32, 98, material.lambert { color = {0.45, 0.75, 0.78} })
-planet("Neptune", 10.9, 128, 0.3, 28, clouds({0.06, 0.14, 0.6}, {0.2, 0.4, 0.85}, 0.3))
+planet("Uranus", 9.6, 187, 0.32, 98, material.lambert { color = {0.45, 0.75, 0.78} })
+planet("Neptune", 10.9, 78, 0.3, 28, clouds({0.06, 0.14, 0.6}, {0.2, 0.4, 0.85}, 0.3))
 
 -- The asteroids: each on its own way.
 local rock = material.lambert { color = {0.42, 0.38, 0.34} }

@@ -12,12 +12,12 @@ local file = param.file("model", "", "what to photograph; empty: a teapot")
 local azimuth = param("azimuth", 24, "degrees around the model")
 local elevation = param("elevation", 14, "degrees above the floor")
 
-render { integrator = "path", width = 800, height = 600, samples = 128, max_depth = 8 }
+render { integrator = "path", width = 640, height = 480, samples = 100, max_depth = 6 }
 
 -- ---- the teapot: body, lid, handle, spout ----
 local function teapot()
     local china = material.ggx { color = {0.035, 0.12, 0.2}, roughness = 0.22, ior = 1.55 }
-    local copper = material.conductor { metal = "copper", roughness = 0.25 }
+    local copper = material.conductor { metal = "copper", roughness = 0.3 }
     local body, lid = { {0, 0}, {0.55, 0}, {0.58, 0.02}, {0.58, 0.06} }, { {0.44, 1.19} }
     for i = 0, 40 do                                      -- most of an egg
         local a = math.rad(-62 + 121 * i / 40)
@@ -53,7 +53,7 @@ end
 local subject = file ~= "" and model { file = file } or teapot()
 local b = subject.bounds
 local size = math.max(b.size[1], b.size[2], b.size[3])
-camera { view = {azimuth, elevation}, of = subject, fov = 24 }
+camera { view = {azimuth, elevation}, of = subject, fov = 20 }
 
 -- ---- the studio turns with the camera; lengths are in sizes, from the middle of the model's foot ----
 local turn = transform.translate { b.center[1], b.min[2], b.center[3] }
@@ -86,7 +86,7 @@ mesh { positions = sheet, normals = normals, indices = triangles, transform = tu
        material = material.lambert { color = {0.62, 0.6, 0.58} } }
 
 -- The lights. Radiance does not depend on size: a softbox twice as large, twice as far, is the same.
-light.quad { center = place(-1.7, 2.1, 1.3), at = middle, width = 1.6 * size, radiance = {7.2, 6.9, 6.4}, name = "softbox" }
-light.quad { center = place(2.4, 1.1, 1.0), at = middle, width = 1.3 * size, radiance = {0.9, 1.0, 1.15}, name = "reflector" }
+light.quad { center = place(-1.7, 2.1, 1.3), at = middle, width = 1.6 * size, radiance = {10.5, 10, 9.3}, name = "softbox" }
+light.quad { center = place(2.4, 1.1, 1.0), at = middle, width = 1.3 * size, radiance = {1.4, 1.5, 1.7}, name = "reflector" }
 light.quad { center = place(1.1, 1.9, -1.7), at = middle, width = 0.3 * size, height = 1.5 * size,
              radiance = {9, 9.5, 10.5}, visible = false, name = "rim light" }
