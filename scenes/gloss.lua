@@ -10,7 +10,7 @@
 
 local metal = param("metal", "silver", "what the plates are made of")
 
-render { integrator = "cook", width = 640, height = 480, samples = 64, max_depth = 6 }
+render { integrator = "cook", width = 640, height = 480, samples = 100, max_depth = 6 }
 camera { from = {0, 2.5, 6.2}, at = {0, 0.28, 0}, fov = 29 }
 
 -- The hall: dark below, bright above. Rays that leave a plate see it, and the large lamp.

@@ -18,7 +18,7 @@ render { integrator = "path", width = 640, height = 480, samples = 100, max_dept
 local function teapot()
     local china = material.ggx { color = {0.035, 0.12, 0.2}, roughness = 0.22, ior = 1.55 }
     local copper = material.conductor { metal = "copper", roughness = 0.3 }
-    local body, lid = { {0, 0}, {0.55, 0}, {0.58, 0.02}, {0.58, 0.06} }, { {0.44, 1.19} }
+    local body, lid = { {0, 0}, {0.46, 0}, {0.48, 0.02}, {0.46, 0.07} }, { {0.44, 1.19} }
     for i = 0, 40 do                                      -- most of an egg
         local a = math.rad(-62 + 121 * i / 40)
         body[#body + 1] = { 0.92 * math.cos(a) + 0.02, 0.66 + 0.62 * math.sin(a) }
@@ -30,24 +30,36 @@ local function teapot()
         lid[#lid + 1] = { 0.46 * math.cos(a) + 0.04 * (1 - math.sin(a)), 1.2 + 0.14 * math.sin(a) }
     end
     lid[#lid] = { 0, 1.34 }
-    local spout = {}
-    for i = 0, 12 do                                      -- cut cones along a curve, balls at the joints
-        local s = i / 12
-        spout[i] = { 0.7 + 0.78 * s, 0.5 + 0.75 * s * s + 0.06 * math.sin(3.1416 * s), 0, 0.21 - 0.13 * s }
+    -- The spout: rings of points along a curve, joined to a mesh.
+    local function along(t) return 0.7 + 0.78 * t, 0.5 + 0.75 * t * t + 0.06 * math.sin(math.pi * t) end
+    local points, outward, faces, rings, sides = {}, {}, {}, 32, 40
+    for i = 0, rings do
+        local t = i / rings
+        local x, y = along(t)
+        local nx, ny = along(t + 0.01)
+        local length = math.sqrt((nx - x) ^ 2 + (ny - y) ^ 2)
+        nx, ny = (y - ny) / length, (nx - x) / length     -- across the curve
+        for k = 0, sides - 1 do
+            local a, radius, at = 2 * math.pi * k / sides, 0.21 - 0.13 * t, i * sides + k
+            local normal = { nx * math.cos(a), ny * math.cos(a), math.sin(a) }
+            points[at + 1], outward[at + 1] = { x + radius * normal[1], y + radius * normal[2], radius * normal[3] }, normal
+            local right = i * sides + (k + 1) % sides
+            if i < rings then
+                for _, v in ipairs { at, right, right + sides, at, right + sides, at + sides } do
+                    faces[#faces + 1] = v
+                end
+            end
+        end
     end
-    local parts = {
+    local x, y = along(1)
+    return group {
         lathe { profile = body, material = china }, lathe { profile = lid, material = china },
         sphere { center = {0, 1.41, 0}, radius = 0.09, material = copper },
         torus { center = {0, 1.195, 0}, axis = {0, 1, 0}, major = 0.47, minor = 0.025, material = copper },
         torus { center = {-0.96, 0.72, 0}, axis = {0, 0, 1}, major = 0.36, minor = 0.055, material = copper },
+        mesh { positions = points, normals = outward, indices = faces, material = china },
+        torus { center = {x, y, 0}, axis = {0.5, 0.85, 0}, major = 0.08, minor = 0.014, material = china },
     }
-    for i = 1, 12 do
-        local a, b = spout[i - 1], spout[i]
-        parts[#parts + 1] = cone { from = {a[1], a[2], 0}, to = {b[1], b[2], 0}, radius = a[4], radius_to = b[4],
-                                   capped = false, material = china }
-        parts[#parts + 1] = sphere { center = {b[1], b[2], 0}, radius = b[4] * 0.997, material = china }
-    end
-    return group(parts)
 end
 
 local subject = file ~= "" and model { file = file } or teapot()
