@@ -207,6 +207,35 @@ snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, sne
     return status;
 }
 
+_Static_assert(sizeof(snell_principled_desc) == 304, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, base_color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, metallic) == 92, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, roughness) == 112, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, ior) == 132, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, specular) == 136, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, specular_color) == 156, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, transmission) == 176, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, thickness) == 196, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, attenuation_color) == 200, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, attenuation_distance) == 212, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, priority) == 216, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat) == 220, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat_roughness) == 240, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_color) == 260, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_roughness) == 280, "run tools/update_api");
+snell_status snell_scene_add_principled(snell_scene *s, const snell_principled_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "principled", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_emissive_desc) == 96, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, emit_two_sided) == 28, "run tools/update_api");
@@ -218,6 +247,23 @@ _Static_assert(offsetof(snell_emissive_desc, radiance) == 72, "run tools/update_
 snell_status snell_scene_add_emissive(snell_scene *s, const snell_emissive_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "emissive", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_mix_desc) == 112, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, a) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, b) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, weight) == 88, "run tools/update_api");
+snell_status snell_scene_add_mix(snell_scene *s, const snell_mix_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "mix", desc, &index1);
     if (!status && out) *out = (snell_material_id){index1, 0};
     return status;
 }

@@ -101,7 +101,6 @@ static bool in_lists(const word_list *lists, size_t count, const char *label, co
 bool scene_is_later(const char *label, const char *word) {
     static const word_list later[] = {
         {NULL, "cylinder|cone|torus|lathe|union|intersection|difference|animation|time|frame"},
-        {"material", "phong|conductor|cook_torrance|ggx|principled|emissive"},
         {"light", "spot|quad|disk|sphere|environment"},
         {"texture", "noise|gradient"},
         {"camera", "orthographic|panorama|fisheye"},

@@ -26,6 +26,30 @@ static bool is_textured(const scene *s, const object *o) {
     return false;
 }
 
+static bool is_thin(const scene *s, const object *o) {
+    const material_type *type = (const material_type *)o->type;
+    if (type->is_thin) return type->is_thin(o->desc);
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
+        const char *at = (const char *)o->desc + o->type->fields[i].offset;
+        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
+        if (part && s->materials[part - 1].thin) return true;
+    }
+    return false;
+}
+
+/* Some materials are as opaque as those that they are made of (earlier ones). */
+static bool has_opaque_parts(const scene *s, const object *o) {
+    if (((const material_type *)o->type)->opacity == NULL) return true;
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
+        const char *at = (const char *)o->desc + o->type->fields[i].offset;
+        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
+        if (part && !s->materials[part - 1].opaque_alpha) return false;
+    }
+    return true;
+}
+
 static snell_status freeze_objects(scene *s, const description *d) {
     const object_list *textures = &d->objects[CATEGORY_TEXTURE];
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
@@ -46,9 +70,10 @@ static snell_status freeze_objects(scene *s, const description *d) {
     for (size_t i = 0; i < materials->count; i++) {
         const object *o = &materials->items[i];
         const material_common *common = o->desc;
-        bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1;
-        s->materials[i] =
-            (material){(const material_type *)o->type, o->desc, opaque, is_textured(s, o)};
+        bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1 &&
+                      has_opaque_parts(s, o);
+        s->materials[i] = (material){(const material_type *)o->type, o->desc, opaque,
+                                     is_textured(s, o), is_thin(s, o)};
     }
     for (size_t i = 0; i < lights->count; i++) {
         const object *o = &lights->items[i];
@@ -56,7 +81,7 @@ static snell_status freeze_objects(scene *s, const description *d) {
     }
     desc_init(&material_lambert.info, s->default_material);
     s->materials[materials->count] =
-        (material){&material_lambert, s->default_material, true, false};
+        (material){&material_lambert, s->default_material, true, false, false};
     return SNELL_OK;
 }
 
@@ -81,7 +106,8 @@ static uint32_t shadow_mask(const material *m) {
     const material_common *common = m->desc;
     if (common->shadow == SHADOW_NONE) return MASK_NO_SHADOW;
     if (common->shadow == SHADOW_OPAQUE) return MASK_OPAQUE;
-    return material_bounds_medium(m->type, m->desc) || !m->opaque_alpha ? MASK_FILTER : MASK_OPAQUE;
+    bool filters = material_bounds_medium(m->type, m->desc) || m->thin || !m->opaque_alpha;
+    return filters ? MASK_FILTER : MASK_OPAQUE;
 }
 
 /* A mesh of several materials is a filter as soon as one of them is: the walk looks at each
