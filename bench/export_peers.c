@@ -82,11 +82,11 @@ static int read_lights(const description *d, light_values out[2]) {
     for (size_t i = 0; i < lights->count && count < 2; i++) {
         light_sample sample;
         const light_type *type = (const light_type *)lights->items[i].type;
-        if (type->casts_shadow &&
-            type->sample(lights->items[i].desc, (dvec3){0, 0, 0}, (dvec3){0, 0, 0}, &sample) &&
-            sample.directional)
-            out[count++] =
-                (light_values){vec3_from(dvec3_negate(sample.to_light)), sample.irradiance.x};
+        const light l = {.type = type, .desc = lights->items[i].desc};
+        const dvec3 origin = {0, 0, 0};
+        if (type->casts_shadow && type->sample && !type->prepare &&
+            type->sample(&l, origin, origin, (sample2){0.5, 0.5}, &sample) && sample.infinite)
+            out[count++] = (light_values){vec3_from(dvec3_negate(sample.to_light)), sample.light.x};
     }
     return count;
 }

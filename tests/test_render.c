@@ -128,8 +128,8 @@ static bool is_net(uint64_t stream, unsigned k) {
 static void prefixes_are_nets(void **state) {
     (void)state;
     for (uint32_t pixel = 0; pixel < 50; pixel++) {
-        uint64_t stream =
-            sample_stream(pixel / 10, pixel, 7 * pixel, PATH_CODE_CAMERA, SAMPLE_PIXEL);
+        uint64_t stream = sample_stream(sample_pixel_stream(pixel / 10, pixel, 7 * pixel),
+                                        PATH_CODE_CAMERA, SAMPLE_PIXEL);
         for (unsigned k = 0; k <= 10; k++) assert_true(is_net(stream, k));
     }
 }
@@ -137,14 +137,17 @@ static void prefixes_are_nets(void **state) {
 static void streams_differ_and_are_uniform(void **state) {
     (void)state;
     enum { STREAMS = 20000 };
-    sample2 first = sample_point(sample_stream(1, 2, 3, PATH_CODE_CAMERA, SAMPLE_PIXEL), 0);
+    sample2 first = sample_point(
+        sample_stream(sample_pixel_stream(1, 2, 3), PATH_CODE_CAMERA, SAMPLE_PIXEL), 0);
     const uint64_t others[] = {
-        sample_stream(2, 2, 3, PATH_CODE_CAMERA, SAMPLE_PIXEL),
-        sample_stream(1, 3, 2, PATH_CODE_CAMERA, SAMPLE_PIXEL),
-        sample_stream(1, 2, 4, PATH_CODE_CAMERA, SAMPLE_PIXEL),
-        sample_stream(1, 2, 3, path_code_child(PATH_CODE_CAMERA, 0), SAMPLE_PIXEL),
-        sample_stream(1, 2, 3, path_code_child(PATH_CODE_CAMERA, 1), SAMPLE_PIXEL),
-        sample_stream(1, 2, 3, PATH_CODE_CAMERA, (sample_purpose)2)};
+        sample_stream(sample_pixel_stream(2, 2, 3), PATH_CODE_CAMERA, SAMPLE_PIXEL),
+        sample_stream(sample_pixel_stream(1, 3, 2), PATH_CODE_CAMERA, SAMPLE_PIXEL),
+        sample_stream(sample_pixel_stream(1, 2, 4), PATH_CODE_CAMERA, SAMPLE_PIXEL),
+        sample_stream(sample_pixel_stream(1, 2, 3), path_code_child(PATH_CODE_CAMERA, 0),
+                      SAMPLE_PIXEL),
+        sample_stream(sample_pixel_stream(1, 2, 3), path_code_child(PATH_CODE_CAMERA, 1),
+                      SAMPLE_PIXEL),
+        sample_stream(sample_pixel_stream(1, 2, 3), PATH_CODE_CAMERA, (sample_purpose)2)};
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         assert_true(sample_point(others[i], 0).x != first.x);
         assert_true(sample_point(others[i], 0).y != first.y);
@@ -154,8 +157,9 @@ static void streams_differ_and_are_uniform(void **state) {
      * within five standard deviations. */
     double x = 0, y = 0, xx = 0, xy = 0, neighbours = 0, last = 0.5;
     for (uint32_t i = 0; i < STREAMS; i++) {
-        sample2 s =
-            sample_point(sample_stream(0, i % 200, i / 200, PATH_CODE_CAMERA, SAMPLE_PIXEL), 5);
+        sample2 s = sample_point(
+            sample_stream(sample_pixel_stream(0, i % 200, i / 200), PATH_CODE_CAMERA, SAMPLE_PIXEL),
+            5);
         assert_true(s.x >= 0 && s.x < 1 && s.y >= 0 && s.y < 1);
         x += s.x - 0.5;
         y += s.y - 0.5;
@@ -574,7 +578,6 @@ static void bad_renders_are_refused(void **state) {
     BAD(SNELL_ERR_ARGUMENT, wave_size = UINT32_MAX);
     BAD(SNELL_ERR_ARGUMENT, integrator = (snell_integrator)0);
     BAD(SNELL_ERR_ARGUMENT, integrator = (snell_integrator)5);
-    BAD(SNELL_ERR_UNSUPPORTED, integrator = SNELL_PATH);
     BAD(SNELL_ERR_ARGUMENT, view = NULL); /* and the scene has no camera */
     BAD(SNELL_ERR_VERSION, view = (bad_view.struct_size = 3, &bad_view));
     BAD(SNELL_ERR_ARGUMENT, view = (bad_view.fov = 0, &bad_view));
@@ -612,7 +615,7 @@ static void bad_queries_are_refused(void **state) {
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_bounds(bench.scene, NULL));
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_settings(NULL, SNELL_WHITTED, &settings));
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_settings(bench.scene, SNELL_WHITTED, NULL));
-    REFUSED(SNELL_ERR_UNSUPPORTED, snell_scene_settings(bench.scene, SNELL_COOK, &settings));
+    REFUSED(SNELL_ERR_ARGUMENT, snell_scene_settings(bench.scene, (snell_integrator)5, &settings));
     REFUSED(SNELL_ERR_VERSION, snell_scene_get_stats(bench.scene, &scene_stats));
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_get_stats(bench.scene, NULL));
     REFUSED(SNELL_ERR_VERSION, snell_film_get_stats(bench.film, &render_stats));

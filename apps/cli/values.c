@@ -179,9 +179,9 @@ static int read_rendering(const options *o, render_values *v) {
     uint64_t whole = 0;
     double number = 0;
     const char *integrator = o->value[OPT_INTEGRATOR];
-    if (integrator != NULL) {
-        v->integrator = strcmp(integrator, "appel") == 0 ? SNELL_APPEL : SNELL_WHITTED;
-    }
+    for (int i = SNELL_APPEL; integrator != NULL && i <= SNELL_PATH; i++)
+        if (strcmp(integrator, integrator_name((snell_integrator)i)) == 0)
+            v->integrator = (snell_integrator)i;
     if (o->value[OPT_SAMPLES] != NULL) {
         code = read_whole(o, OPT_SAMPLES, "samples", 1, SAMPLES_MAX, &whole);
         v->samples = (uint32_t)whole;

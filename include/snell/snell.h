@@ -503,7 +503,7 @@ enum { SNELL_IMAGE_TEXTURE_CHANNEL_RGB, SNELL_IMAGE_TEXTURE_CHANNEL_R, SNELL_IMA
 enum { SNELL_IMAGE_TEXTURE_WRAP_U_REPEAT, SNELL_IMAGE_TEXTURE_WRAP_U_CLAMP, SNELL_IMAGE_TEXTURE_WRAP_U_MIRROR };
 enum { SNELL_IMAGE_TEXTURE_WRAP_V_REPEAT, SNELL_IMAGE_TEXTURE_WRAP_V_CLAMP, SNELL_IMAGE_TEXTURE_WRAP_V_MIRROR };
 enum { SNELL_IMAGE_TEXTURE_FILTER_LINEAR, SNELL_IMAGE_TEXTURE_FILTER_NEAREST };
-enum { SNELL_IMAGE_TEXTURE_MAP_AUTO, SNELL_IMAGE_TEXTURE_MAP_UV, SNELL_IMAGE_TEXTURE_MAP_OBJECT, SNELL_IMAGE_TEXTURE_MAP_XZ };
+enum { SNELL_IMAGE_TEXTURE_MAP_AUTO, SNELL_IMAGE_TEXTURE_MAP_UV, SNELL_IMAGE_TEXTURE_MAP_OBJECT, SNELL_IMAGE_TEXTURE_MAP_XZ, SNELL_IMAGE_TEXTURE_MAP_TRIPLANAR, SNELL_IMAGE_TEXTURE_MAP_SPHERICAL };
 typedef struct snell_image_texture_desc { /* an image over the surface */
     size_t struct_size;
     int32_t width; /* columns; pixels; required; 1 to 65536 */
@@ -515,7 +515,7 @@ typedef struct snell_image_texture_desc { /* an image over the surface */
     int32_t channel; /* one channel as grey, or the colour */
     int32_t wrap_u; /* beyond 0..1 along u */
     int32_t wrap_v; /* beyond 0..1 along v */
-    int32_t filter; /* between pixels */
+    int32_t filter; /* between pixels; linear: by mip maps from afar, too */
     int32_t map; /* what u and v are; auto: the shape's, else object */
     snell_vec2 uv_offset; /* added to u, v after scale and rotation */
     snell_vec2 uv_scale; /* u, v are multiplied by this first */
@@ -531,13 +531,14 @@ static inline snell_image_texture_desc snell_image_texture_desc_init(size_t stru
 }
 SNELL_API snell_status snell_scene_add_image_texture(snell_scene *scene, const snell_image_texture_desc *desc, snell_texture_id *out);
 
-enum { SNELL_CHECKER_TEXTURE_MAP_AUTO, SNELL_CHECKER_TEXTURE_MAP_UV, SNELL_CHECKER_TEXTURE_MAP_OBJECT, SNELL_CHECKER_TEXTURE_MAP_XZ };
+enum { SNELL_CHECKER_TEXTURE_MAP_AUTO, SNELL_CHECKER_TEXTURE_MAP_UV, SNELL_CHECKER_TEXTURE_MAP_OBJECT, SNELL_CHECKER_TEXTURE_MAP_XZ, SNELL_CHECKER_TEXTURE_MAP_TRIPLANAR, SNELL_CHECKER_TEXTURE_MAP_SPHERICAL };
 typedef struct snell_checker_texture_desc { /* a chessboard of two colours */
     size_t struct_size;
     snell_vec3 color_a; /* of the square at the origin; >= 0 */
     snell_vec3 color_b; /* of its neighbours; >= 0 */
     float size; /* of a square; in u, v where map says so; m; > 0 */
     int32_t map; /* auto: the shape's own u, v, else the point in object space */
+    bool filter; /* average the squares that a sample covers */
 } snell_checker_texture_desc;
 static inline snell_checker_texture_desc snell_checker_texture_desc_init(size_t struct_size) {
     snell_checker_texture_desc desc;
@@ -554,6 +555,61 @@ static inline snell_checker_texture_desc snell_checker_texture_desc_init(size_t 
 }
 SNELL_API snell_status snell_scene_add_checker_texture(snell_scene *scene, const snell_checker_texture_desc *desc, snell_texture_id *out);
 
+enum { SNELL_GRADIENT_TEXTURE_WRAP_CLAMP, SNELL_GRADIENT_TEXTURE_WRAP_REPEAT, SNELL_GRADIENT_TEXTURE_WRAP_MIRROR };
+enum { SNELL_GRADIENT_TEXTURE_MAP_AUTO, SNELL_GRADIENT_TEXTURE_MAP_UV, SNELL_GRADIENT_TEXTURE_MAP_OBJECT, SNELL_GRADIENT_TEXTURE_MAP_XZ, SNELL_GRADIENT_TEXTURE_MAP_TRIPLANAR, SNELL_GRADIENT_TEXTURE_MAP_SPHERICAL };
+typedef struct snell_gradient_texture_desc { /* from one colour to another */
+    size_t struct_size;
+    snell_vec3 color_a; /* at 'from' and before it; >= 0 */
+    snell_vec3 color_b; /* at 'to' and beyond it; >= 0 */
+    snell_vec3 from; /* in u, v, 0 where map says so; m */
+    snell_vec3 to; /* by default along v, or up; m */
+    int32_t wrap; /* beyond 'from' and 'to' */
+    int32_t map; /* auto: the shape's own u, v, else the point in object space */
+} snell_gradient_texture_desc;
+static inline snell_gradient_texture_desc snell_gradient_texture_desc_init(size_t struct_size) {
+    snell_gradient_texture_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.color_b.x = (float)1;
+    desc.color_b.y = (float)1;
+    desc.color_b.z = (float)1;
+    desc.to.y = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_gradient_texture(snell_scene *scene, const snell_gradient_texture_desc *desc, snell_texture_id *out);
+
+enum { SNELL_NOISE_TEXTURE_KIND_FBM, SNELL_NOISE_TEXTURE_KIND_TURBULENCE, SNELL_NOISE_TEXTURE_KIND_MARBLE };
+enum { SNELL_NOISE_TEXTURE_MAP_AUTO, SNELL_NOISE_TEXTURE_MAP_UV, SNELL_NOISE_TEXTURE_MAP_OBJECT, SNELL_NOISE_TEXTURE_MAP_XZ, SNELL_NOISE_TEXTURE_MAP_TRIPLANAR, SNELL_NOISE_TEXTURE_MAP_SPHERICAL };
+typedef struct snell_noise_texture_desc { /* clouds, smoke or marble */
+    size_t struct_size;
+    snell_vec3 color_a; /* where the noise is 0; >= 0 */
+    snell_vec3 color_b; /* where it is 1; >= 0 */
+    int32_t kind; /* clouds, smoke, veins */
+    float size; /* of the largest features; of a stripe of marble; m; > 0 */
+    int32_t octaves; /* layers of ever finer noise; 1 to 16 */
+    float lacunarity; /* how much finer each layer is; 1 to 8 */
+    float gain; /* how much weaker each layer is; 0 to 1 */
+    float distortion; /* of marble: in stripes; >= 0 */
+    int32_t seed; /* another number, another pattern; 0 to 1e+09 */
+    int32_t map; /* object and triplanar: fills space; otherwise flat */
+} snell_noise_texture_desc;
+static inline snell_noise_texture_desc snell_noise_texture_desc_init(size_t struct_size) {
+    snell_noise_texture_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.color_b.x = (float)1;
+    desc.color_b.y = (float)1;
+    desc.color_b.z = (float)1;
+    desc.size = (float)1;
+    desc.octaves = 6;
+    desc.lacunarity = (float)2;
+    desc.gain = (float)0.5;
+    desc.distortion = (float)1;
+    desc.map = 2;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_noise_texture(snell_scene *scene, const snell_noise_texture_desc *desc, snell_texture_id *out);
+
 enum { SNELL_LAMBERT_SHADOW_FILTER, SNELL_LAMBERT_SHADOW_OPAQUE, SNELL_LAMBERT_SHADOW_NONE };
 typedef struct snell_lambert_desc { /* matte: R / pi */
     size_t struct_size;
@@ -563,6 +619,10 @@ typedef struct snell_lambert_desc { /* matte: R / pi */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* R: the fraction of light that it reflects; >= 0 */
 } snell_lambert_desc;
 static inline snell_lambert_desc snell_lambert_desc_init(size_t struct_size) {
@@ -575,6 +635,10 @@ static inline snell_lambert_desc snell_lambert_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.800000012;
     desc.color.value.y = (float)0.800000012;
     desc.color.value.z = (float)0.800000012;
@@ -591,6 +655,10 @@ typedef struct snell_phong_desc { /* matte with a highlight about r */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* R: the diffuse reflectance; >= 0 */
     snell_input specular; /* k_s: the strength of the highlight; 1/sr; >= 0 */
     float exponent; /* p: higher is sharper; 0 to 1e+06 */
@@ -605,6 +673,10 @@ static inline snell_phong_desc snell_phong_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.800000012;
     desc.color.value.y = (float)0.800000012;
     desc.color.value.z = (float)0.800000012;
@@ -625,6 +697,10 @@ typedef struct snell_blinn_phong_desc { /* matte with a highlight, the modified 
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* R: the diffuse reflectance; >= 0 */
     snell_input specular; /* k_s: the strength of the highlight; 1/sr; >= 0 */
     float exponent; /* p: higher is sharper; 0 to 1e+06 */
@@ -639,6 +715,10 @@ static inline snell_blinn_phong_desc snell_blinn_phong_desc_init(size_t struct_s
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.800000012;
     desc.color.value.y = (float)0.800000012;
     desc.color.value.z = (float)0.800000012;
@@ -659,6 +739,10 @@ typedef struct snell_mirror_desc { /* a perfect mirror */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* the fraction of light that it reflects; >= 0 */
 } snell_mirror_desc;
 static inline snell_mirror_desc snell_mirror_desc_init(size_t struct_size) {
@@ -671,6 +755,10 @@ static inline snell_mirror_desc snell_mirror_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.899999976;
     desc.color.value.y = (float)0.899999976;
     desc.color.value.z = (float)0.899999976;
@@ -687,6 +775,10 @@ typedef struct snell_partial_mirror_desc { /* between matte and mirror */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* of both parts; >= 0 */
     snell_input specularity; /* s: 0 is matte, 1 a mirror; 0 to 1 */
 } snell_partial_mirror_desc;
@@ -700,6 +792,10 @@ static inline snell_partial_mirror_desc snell_partial_mirror_desc_init(size_t st
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.899999976;
     desc.color.value.y = (float)0.899999976;
     desc.color.value.z = (float)0.899999976;
@@ -719,6 +815,10 @@ typedef struct snell_glazed_desc { /* a mirror coat over another material */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_material_id base; /* what is under the glaze; it traces no rays of its own; required */
     snell_input reflectance; /* the mirrored fraction; >= 0 */
     float ior; /* 1 or more: the mirrored fraction is Fresnel's instead; 0 to 10 */
@@ -733,6 +833,10 @@ static inline snell_glazed_desc snell_glazed_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.reflectance.value.x = (float)0.100000001;
     desc.reflectance.value.y = (float)0.100000001;
     desc.reflectance.value.z = (float)0.100000001;
@@ -749,6 +853,10 @@ typedef struct snell_dielectric_desc { /* glass, water: reflects and refracts */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* multiplies light that passes the surface, each time it does; >= 0 */
     float ior; /* index of refraction, relative to vacuum; 1 to 10 */
     snell_input roughness; /* 0 is smooth; alpha of GGX is its square; 0 to 1 */
@@ -767,6 +875,10 @@ static inline snell_dielectric_desc snell_dielectric_desc_init(size_t struct_siz
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)1;
     desc.color.value.y = (float)1;
     desc.color.value.z = (float)1;
@@ -788,6 +900,10 @@ typedef struct snell_conductor_desc { /* metal, smooth or rough */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     int32_t metal; /* whose measured eta and k it has */
     snell_vec3 eta; /* index of refraction for red, green, blue; 0: that of the metal; 0 to 100 */
     snell_vec3 k; /* extinction coefficient, where eta is given; 0 to 100 */
@@ -804,6 +920,10 @@ static inline snell_conductor_desc snell_conductor_desc_init(size_t struct_size)
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)1;
     desc.color.value.y = (float)1;
     desc.color.value.z = (float)1;
@@ -820,6 +940,10 @@ typedef struct snell_cook_torrance_desc { /* matte under Beckmann facets, as in 
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* R: the diffuse reflectance; >= 0 */
     snell_input m; /* the mean slope of the facets; 0 is a mirror; 0 to 1 */
     float ior; /* index of refraction, of Fresnel's formulas; 1 to 10 */
@@ -835,6 +959,10 @@ static inline snell_cook_torrance_desc snell_cook_torrance_desc_init(size_t stru
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.5;
     desc.color.value.y = (float)0.5;
     desc.color.value.z = (float)0.5;
@@ -858,6 +986,10 @@ typedef struct snell_ggx_desc { /* matte under a rough clear coat */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input color; /* the base's diffuse reflectance; >= 0 */
     snell_input roughness; /* of the coat: 0 is a mirror; alpha of GGX is its square; 0 to 1 */
     float ior; /* index of refraction of the coat; 1 to 10 */
@@ -872,6 +1004,10 @@ static inline snell_ggx_desc snell_ggx_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.color.value.x = (float)0.5;
     desc.color.value.y = (float)0.5;
     desc.color.value.z = (float)0.5;
@@ -892,6 +1028,10 @@ typedef struct snell_principled_desc { /* the glTF 2.0 model: metal, plastic, gl
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input base_color; /* of the diffuse part, of a metal, of what passes; >= 0 */
     snell_input metallic; /* 0 is a dielectric, 1 a metal; 0 to 1 */
     snell_input roughness; /* 0 is a mirror; alpha of GGX is its square; 0 to 1 */
@@ -906,7 +1046,7 @@ typedef struct snell_principled_desc { /* the glTF 2.0 model: metal, plastic, gl
     snell_input clearcoat; /* strength of a coat of varnish; 0 to 1 */
     snell_input clearcoat_roughness; /* of the coat; 0 to 1 */
     snell_input sheen_color; /* of velvet's fibres; 0: none; >= 0 */
-    snell_input sheen_roughness; /* of the fibres; 0 to 1 */
+    snell_input sheen_roughness; /* of the fibres; below 0.26 it counts as that; 0 to 1 */
 } snell_principled_desc;
 static inline snell_principled_desc snell_principled_desc_init(size_t struct_size) {
     snell_principled_desc desc;
@@ -918,6 +1058,10 @@ static inline snell_principled_desc snell_principled_desc_init(size_t struct_siz
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.base_color.value.x = (float)0.800000012;
     desc.base_color.value.y = (float)0.800000012;
     desc.base_color.value.z = (float)0.800000012;
@@ -947,6 +1091,10 @@ typedef struct snell_emissive_desc { /* a lamp: black, and it shines */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_input radiance; /* what it sends out, beside emission; W/(m^2 sr); >= 0 */
 } snell_emissive_desc;
 static inline snell_emissive_desc snell_emissive_desc_init(size_t struct_size) {
@@ -959,6 +1107,10 @@ static inline snell_emissive_desc snell_emissive_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.radiance.value.x = (float)5;
     desc.radiance.value.y = (float)5;
     desc.radiance.value.z = (float)5;
@@ -975,6 +1127,10 @@ typedef struct snell_mix_desc { /* a blend of two materials */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
     int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
     snell_material_id a; /* one material; neither may be made of others; required */
     snell_material_id b; /* the other; neither may bound a medium; required */
     snell_input weight; /* how much of it is b; 0 to 1 */
@@ -989,6 +1145,10 @@ static inline snell_mix_desc snell_mix_desc_init(size_t struct_size) {
     desc.alpha.value.x = (float)1;
     desc.alpha.value.y = (float)1;
     desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
     desc.weight.value.x = (float)0.5;
     desc.weight.value.y = (float)0.5;
     desc.weight.value.z = (float)0.5;
@@ -1013,10 +1173,34 @@ static inline snell_point_light_desc snell_point_light_desc_init(size_t struct_s
 }
 SNELL_API snell_status snell_scene_add_point_light(snell_scene *scene, const snell_point_light_desc *desc, snell_light_id *out);
 
+typedef struct snell_spot_light_desc { /* shines from one point into a cone */
+    size_t struct_size;
+    snell_vec3 position; /* where it is; m; required */
+    snell_vec3 at; /* a point that it shines at; m; required */
+    snell_vec3 intensity; /* power per solid angle, on the axis; W/sr; >= 0 */
+    snell_vec3 power; /* instead of intensity: all the light that leaves the cone; W; >= 0 */
+    float cone; /* the half-angle from the axis to the edge, where it is dark; radians; 0.0001 to 3.14159 */
+    float blend; /* over this angle inside the edge it fades; 0: a hard edge; radians; 0 to 3.14159 */
+} snell_spot_light_desc;
+static inline snell_spot_light_desc snell_spot_light_desc_init(size_t struct_size) {
+    snell_spot_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.intensity.x = (float)1;
+    desc.intensity.y = (float)1;
+    desc.intensity.z = (float)1;
+    desc.cone = (float)0.52359879;
+    desc.blend = (float)0.0872664973;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_spot_light(snell_scene *scene, const snell_spot_light_desc *desc, snell_light_id *out);
+
 typedef struct snell_directional_light_desc { /* parallel light from far away */
     size_t struct_size;
     snell_vec3 direction; /* the way the light travels; required */
     snell_vec3 irradiance; /* on a surface that faces it; W/m^2; >= 0 */
+    float angle; /* across the disk that it comes from: the sun's is 0.53 degrees; 0: one direction; radians; 0 to 3.14159 */
+    bool visible; /* camera rays see the disk */
 } snell_directional_light_desc;
 static inline snell_directional_light_desc snell_directional_light_desc_init(size_t struct_size) {
     snell_directional_light_desc desc;
@@ -1026,6 +1210,7 @@ static inline snell_directional_light_desc snell_directional_light_desc_init(siz
     desc.irradiance.x = (float)1;
     desc.irradiance.y = (float)1;
     desc.irradiance.z = (float)1;
+    desc.visible = true;
     return desc;
 }
 SNELL_API snell_status snell_scene_add_directional_light(snell_scene *scene, const snell_directional_light_desc *desc, snell_light_id *out);
@@ -1044,6 +1229,118 @@ static inline snell_headlight_light_desc snell_headlight_light_desc_init(size_t 
     return desc;
 }
 SNELL_API snell_status snell_scene_add_headlight_light(snell_scene *scene, const snell_headlight_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_quad_light_desc { /* a rectangle that shines to one side */
+    size_t struct_size;
+    snell_vec3 corner; /* one corner; m */
+    snell_vec3 u; /* from the corner along one side; m */
+    snell_vec3 v; /* along the other; it shines towards cross(u, v); m */
+    snell_vec3 center; /* instead of corner: the centre; m */
+    snell_vec3 at; /* a point that it faces; m */
+    float width; /* of the level side; 0: corner, u and v; m; >= 0 */
+    float height; /* of the other; 0: as wide; m; >= 0 */
+    snell_vec3 radiance; /* that its outside sends; W/(m^2 sr); >= 0 */
+    snell_vec3 power; /* instead of radiance: L = P / (pi area); W; >= 0 */
+    bool visible; /* to camera rays; an invisible one casts no shadow either */
+} snell_quad_light_desc;
+static inline snell_quad_light_desc snell_quad_light_desc_init(size_t struct_size) {
+    snell_quad_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radiance.x = (float)1;
+    desc.radiance.y = (float)1;
+    desc.radiance.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_quad_light(snell_scene *scene, const snell_quad_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_disk_light_desc { /* a disk that shines to one side */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m; required */
+    snell_vec3 normal; /* the direction that it faces; required */
+    float radius; /* the radius; m; > 0 */
+    snell_vec3 radiance; /* that its outside sends; W/(m^2 sr); >= 0 */
+    snell_vec3 power; /* instead of radiance: L = P / (pi area); W; >= 0 */
+    bool visible; /* to camera rays; an invisible one casts no shadow either */
+} snell_disk_light_desc;
+static inline snell_disk_light_desc snell_disk_light_desc_init(size_t struct_size) {
+    snell_disk_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.normal.y = (float)-1;
+    desc.radius = (float)0.5;
+    desc.radiance.x = (float)1;
+    desc.radiance.y = (float)1;
+    desc.radiance.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_disk_light(snell_scene *scene, const snell_disk_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_sphere_light_desc { /* a sphere that shines */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m; required */
+    float radius; /* the radius; m; > 0 */
+    snell_vec3 radiance; /* that its outside sends; W/(m^2 sr); >= 0 */
+    snell_vec3 power; /* instead of radiance: L = P / (pi area); W; >= 0 */
+    bool visible; /* to camera rays; an invisible one casts no shadow either */
+} snell_sphere_light_desc;
+static inline snell_sphere_light_desc snell_sphere_light_desc_init(size_t struct_size) {
+    snell_sphere_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)0.5;
+    desc.radiance.x = (float)1;
+    desc.radiance.y = (float)1;
+    desc.radiance.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_sphere_light(snell_scene *scene, const snell_sphere_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_environment_light_desc { /* light from everywhere: a colour or an image of the surroundings */
+    size_t struct_size;
+    snell_input radiance; /* what comes from each direction; a texture is looked up by longitude and latitude; W/(m^2 sr); >= 0 */
+    float rotate; /* turns it about +Y, counter-clockwise seen from above; radians */
+    bool visible; /* camera rays see it; otherwise the background */
+} snell_environment_light_desc;
+static inline snell_environment_light_desc snell_environment_light_desc_init(size_t struct_size) {
+    snell_environment_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radiance.value.x = (float)1;
+    desc.radiance.value.y = (float)1;
+    desc.radiance.value.z = (float)1;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_environment_light(snell_scene *scene, const snell_environment_light_desc *desc, snell_light_id *out);
+
+typedef struct snell_sky_light_desc { /* a clear sky by day, without the sun itself */
+    size_t struct_size;
+    snell_vec3 sun; /* the direction towards the sun, at or over the horizon (+Y is up); required */
+    float turbidity; /* haze: 2 very clear, 3 clear, 6 hazy; 1.8 to 10 */
+    float scale; /* multiplies the sky's radiance; >= 0 */
+    snell_vec3 ground; /* the fraction that the ground below the horizon reflects; 0 to 1 */
+    bool visible; /* camera rays see it; otherwise the background */
+} snell_sky_light_desc;
+static inline snell_sky_light_desc snell_sky_light_desc_init(size_t struct_size) {
+    snell_sky_light_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.sun.x = (float)0.400000006;
+    desc.sun.y = (float)0.5;
+    desc.sun.z = (float)0.300000012;
+    desc.turbidity = (float)3;
+    desc.scale = (float)1;
+    desc.ground.x = (float)0.200000003;
+    desc.ground.y = (float)0.200000003;
+    desc.ground.z = (float)0.200000003;
+    desc.visible = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_sky_light(snell_scene *scene, const snell_sky_light_desc *desc, snell_light_id *out);
 
 typedef struct snell_sphere_desc { /* a sphere */
     size_t struct_size;
@@ -1143,6 +1440,74 @@ static inline snell_mesh_desc snell_mesh_desc_init(size_t struct_size) {
     return desc;
 }
 SNELL_API snell_status snell_scene_add_mesh(snell_scene *scene, const snell_mesh_desc *desc, snell_shape_id *out);
+
+typedef struct snell_cylinder_desc { /* a cylinder, closed or a tube */
+    size_t struct_size;
+    snell_vec3 from; /* the middle of one end; m; required */
+    snell_vec3 to; /* the middle of the other end; m; required */
+    float radius; /* the radius; m; > 0 */
+    bool capped; /* closed by a disk at both ends */
+} snell_cylinder_desc;
+static inline snell_cylinder_desc snell_cylinder_desc_init(size_t struct_size) {
+    snell_cylinder_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)1;
+    desc.capped = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_cylinder(snell_scene *scene, const snell_cylinder_desc *desc, snell_shape_id *out);
+
+typedef struct snell_cone_desc { /* a cone, whole or cut off */
+    size_t struct_size;
+    snell_vec3 from; /* the middle of the base; m; required */
+    snell_vec3 to; /* the tip, or the middle of the other end; m; required */
+    float radius; /* the radius at 'from'; m; >= 0 */
+    float radius_to; /* the radius at 'to', 0 for a tip; m; >= 0 */
+    bool capped; /* closed by a disk at both ends */
+} snell_cone_desc;
+static inline snell_cone_desc snell_cone_desc_init(size_t struct_size) {
+    snell_cone_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)1;
+    desc.capped = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_cone(snell_scene *scene, const snell_cone_desc *desc, snell_shape_id *out);
+
+typedef struct snell_torus_desc { /* a ring with a round tube */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m */
+    snell_vec3 axis; /* the direction that the ring lies around */
+    float major; /* from the centre to the middle of the tube; m; > 0 */
+    float minor; /* the tube's radius, less than 'major'; m; > 0 */
+} snell_torus_desc;
+static inline snell_torus_desc snell_torus_desc_init(size_t struct_size) {
+    snell_torus_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.axis.y = (float)1;
+    desc.major = (float)1;
+    desc.minor = (float)0.25;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_torus(snell_scene *scene, const snell_torus_desc *desc, snell_shape_id *out);
+
+typedef struct snell_lathe_desc { /* a line turned about the Y axis: vases, glasses, chess pieces */
+    size_t struct_size;
+    const snell_vec2 *profile; /* points {radius, height}, at least two, joined by straight lines; m; required */
+    size_t profile_count;
+    bool smooth; /* shade joints of less than 40 degrees as one curve */
+} snell_lathe_desc;
+static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
+    snell_lathe_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.smooth = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
 typedef struct snell_perspective_camera_desc { /* a pinhole camera */
     size_t struct_size;

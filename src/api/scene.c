@@ -417,6 +417,7 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
         out->memory_textures += array_bytes(&d->objects[CATEGORY_TEXTURE].items[i]);
     if (s->frozen) {
         accel_memory memory = accel_get_memory(s->frozen->accel);
+        out->memory_textures += scene_texture_memory(s->frozen);
         out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
     }
     scene_end_read(s);

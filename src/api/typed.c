@@ -23,11 +23,12 @@ snell_status snell_scene_add_image_texture(snell_scene *s, const snell_image_tex
     return status;
 }
 
-_Static_assert(sizeof(snell_checker_texture_desc) == 40, "run tools/update_api");
+_Static_assert(sizeof(snell_checker_texture_desc) == 48, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, color_a) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, color_b) == 20, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, size) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_checker_texture_desc, map) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_checker_texture_desc, filter) == 40, "run tools/update_api");
 snell_status snell_scene_add_checker_texture(snell_scene *s, const snell_checker_texture_desc *desc, snell_texture_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_TEXTURE, "checker", desc, &index1);
@@ -35,14 +36,50 @@ snell_status snell_scene_add_checker_texture(snell_scene *s, const snell_checker
     return status;
 }
 
-_Static_assert(sizeof(snell_lambert_desc) == 96, "run tools/update_api");
+_Static_assert(sizeof(snell_gradient_texture_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, color_a) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, color_b) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, from) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, to) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, wrap) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_gradient_texture_desc, map) == 60, "run tools/update_api");
+snell_status snell_scene_add_gradient_texture(snell_scene *s, const snell_gradient_texture_desc *desc, snell_texture_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_TEXTURE, "gradient", desc, &index1);
+    if (!status && out) *out = (snell_texture_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_noise_texture_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, color_a) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, color_b) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, kind) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, size) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, octaves) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, lacunarity) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, gain) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, distortion) == 52, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, seed) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_noise_texture_desc, map) == 60, "run tools/update_api");
+snell_status snell_scene_add_noise_texture(snell_scene *s, const snell_noise_texture_desc *desc, snell_texture_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_TEXTURE, "noise", desc, &index1);
+    if (!status && out) *out = (snell_texture_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_lambert_desc) == 144, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_lambert_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_lambert_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_lambert_desc, color) == 124, "run tools/update_api");
 snell_status snell_scene_add_lambert(snell_scene *s, const snell_lambert_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "lambert", desc, &index1);
@@ -50,16 +87,20 @@ snell_status snell_scene_add_lambert(snell_scene *s, const snell_lambert_desc *d
     return status;
 }
 
-_Static_assert(sizeof(snell_phong_desc) == 120, "run tools/update_api");
+_Static_assert(sizeof(snell_phong_desc) == 168, "run tools/update_api");
 _Static_assert(offsetof(snell_phong_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_phong_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_phong_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_phong_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_phong_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_phong_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_phong_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_phong_desc, specular) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_phong_desc, exponent) == 112, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, specular) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_phong_desc, exponent) == 164, "run tools/update_api");
 snell_status snell_scene_add_phong(snell_scene *s, const snell_phong_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "phong", desc, &index1);
@@ -67,16 +108,20 @@ snell_status snell_scene_add_phong(snell_scene *s, const snell_phong_desc *desc,
     return status;
 }
 
-_Static_assert(sizeof(snell_blinn_phong_desc) == 120, "run tools/update_api");
+_Static_assert(sizeof(snell_blinn_phong_desc) == 168, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_blinn_phong_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_blinn_phong_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_blinn_phong_desc, specular) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_blinn_phong_desc, exponent) == 112, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, specular) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_blinn_phong_desc, exponent) == 164, "run tools/update_api");
 snell_status snell_scene_add_blinn_phong(snell_scene *s, const snell_blinn_phong_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "blinn_phong", desc, &index1);
@@ -84,14 +129,18 @@ snell_status snell_scene_add_blinn_phong(snell_scene *s, const snell_blinn_phong
     return status;
 }
 
-_Static_assert(sizeof(snell_mirror_desc) == 96, "run tools/update_api");
+_Static_assert(sizeof(snell_mirror_desc) == 144, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_mirror_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_mirror_desc, color) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_mirror_desc, color) == 124, "run tools/update_api");
 snell_status snell_scene_add_mirror(snell_scene *s, const snell_mirror_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "mirror", desc, &index1);
@@ -99,15 +148,19 @@ snell_status snell_scene_add_mirror(snell_scene *s, const snell_mirror_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_partial_mirror_desc) == 112, "run tools/update_api");
+_Static_assert(sizeof(snell_partial_mirror_desc) == 168, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_partial_mirror_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_partial_mirror_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_partial_mirror_desc, specularity) == 92, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_partial_mirror_desc, specularity) == 144, "run tools/update_api");
 snell_status snell_scene_add_partial_mirror(snell_scene *s, const snell_partial_mirror_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "partial_mirror", desc, &index1);
@@ -115,16 +168,20 @@ snell_status snell_scene_add_partial_mirror(snell_scene *s, const snell_partial_
     return status;
 }
 
-_Static_assert(sizeof(snell_glazed_desc) == 104, "run tools/update_api");
+_Static_assert(sizeof(snell_glazed_desc) == 160, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_glazed_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_glazed_desc, base) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_glazed_desc, reflectance) == 80, "run tools/update_api");
-_Static_assert(offsetof(snell_glazed_desc, ior) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, base) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, reflectance) == 132, "run tools/update_api");
+_Static_assert(offsetof(snell_glazed_desc, ior) == 152, "run tools/update_api");
 snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "glazed", desc, &index1);
@@ -132,20 +189,24 @@ snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_dielectric_desc) == 152, "run tools/update_api");
+_Static_assert(sizeof(snell_dielectric_desc) == 200, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, ior) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, roughness) == 96, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, absorption) == 116, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 128, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 140, "run tools/update_api");
-_Static_assert(offsetof(snell_dielectric_desc, priority) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, ior) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, roughness) == 148, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, absorption) == 168, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 180, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 192, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, priority) == 196, "run tools/update_api");
 snell_status snell_scene_add_dielectric(snell_scene *s, const snell_dielectric_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "dielectric", desc, &index1);
@@ -153,18 +214,22 @@ snell_status snell_scene_add_dielectric(snell_scene *s, const snell_dielectric_d
     return status;
 }
 
-_Static_assert(sizeof(snell_conductor_desc) == 144, "run tools/update_api");
+_Static_assert(sizeof(snell_conductor_desc) == 192, "run tools/update_api");
 _Static_assert(offsetof(snell_conductor_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_conductor_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_conductor_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_conductor_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_conductor_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_conductor_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_conductor_desc, metal) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_conductor_desc, eta) == 76, "run tools/update_api");
-_Static_assert(offsetof(snell_conductor_desc, k) == 88, "run tools/update_api");
-_Static_assert(offsetof(snell_conductor_desc, color) == 100, "run tools/update_api");
-_Static_assert(offsetof(snell_conductor_desc, roughness) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, metal) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, eta) == 128, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, k) == 140, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, color) == 152, "run tools/update_api");
+_Static_assert(offsetof(snell_conductor_desc, roughness) == 172, "run tools/update_api");
 snell_status snell_scene_add_conductor(snell_scene *s, const snell_conductor_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "conductor", desc, &index1);
@@ -172,17 +237,21 @@ snell_status snell_scene_add_conductor(snell_scene *s, const snell_conductor_des
     return status;
 }
 
-_Static_assert(sizeof(snell_cook_torrance_desc) == 136, "run tools/update_api");
+_Static_assert(sizeof(snell_cook_torrance_desc) == 192, "run tools/update_api");
 _Static_assert(offsetof(snell_cook_torrance_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_cook_torrance_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_cook_torrance_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_cook_torrance_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_cook_torrance_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_cook_torrance_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_cook_torrance_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_cook_torrance_desc, m) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_cook_torrance_desc, ior) == 112, "run tools/update_api");
-_Static_assert(offsetof(snell_cook_torrance_desc, specular) == 116, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, m) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, ior) == 164, "run tools/update_api");
+_Static_assert(offsetof(snell_cook_torrance_desc, specular) == 168, "run tools/update_api");
 snell_status snell_scene_add_cook_torrance(snell_scene *s, const snell_cook_torrance_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "cook_torrance", desc, &index1);
@@ -190,16 +259,20 @@ snell_status snell_scene_add_cook_torrance(snell_scene *s, const snell_cook_torr
     return status;
 }
 
-_Static_assert(sizeof(snell_ggx_desc) == 120, "run tools/update_api");
+_Static_assert(sizeof(snell_ggx_desc) == 168, "run tools/update_api");
 _Static_assert(offsetof(snell_ggx_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_ggx_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_ggx_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_ggx_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_ggx_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_ggx_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_ggx_desc, color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_ggx_desc, roughness) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_ggx_desc, ior) == 112, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, roughness) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_ggx_desc, ior) == 164, "run tools/update_api");
 snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "ggx", desc, &index1);
@@ -207,28 +280,32 @@ snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, sne
     return status;
 }
 
-_Static_assert(sizeof(snell_principled_desc) == 304, "run tools/update_api");
+_Static_assert(sizeof(snell_principled_desc) == 352, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, base_color) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, metallic) == 92, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, roughness) == 112, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, ior) == 132, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, specular) == 136, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, specular_color) == 156, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, transmission) == 176, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, thickness) == 196, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, attenuation_color) == 200, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, attenuation_distance) == 212, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, priority) == 216, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, clearcoat) == 220, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, clearcoat_roughness) == 240, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, sheen_color) == 260, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, sheen_roughness) == 280, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, base_color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, metallic) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, roughness) == 164, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, ior) == 184, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, specular) == 188, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, specular_color) == 208, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, transmission) == 228, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, thickness) == 248, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, attenuation_color) == 252, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, attenuation_distance) == 264, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, priority) == 268, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat) == 272, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat_roughness) == 292, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_color) == 312, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_roughness) == 332, "run tools/update_api");
 snell_status snell_scene_add_principled(snell_scene *s, const snell_principled_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "principled", desc, &index1);
@@ -236,14 +313,18 @@ snell_status snell_scene_add_principled(snell_scene *s, const snell_principled_d
     return status;
 }
 
-_Static_assert(sizeof(snell_emissive_desc) == 96, "run tools/update_api");
+_Static_assert(sizeof(snell_emissive_desc) == 144, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_emissive_desc, radiance) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_emissive_desc, radiance) == 124, "run tools/update_api");
 snell_status snell_scene_add_emissive(snell_scene *s, const snell_emissive_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "emissive", desc, &index1);
@@ -251,16 +332,20 @@ snell_status snell_scene_add_emissive(snell_scene *s, const snell_emissive_desc 
     return status;
 }
 
-_Static_assert(sizeof(snell_mix_desc) == 112, "run tools/update_api");
+_Static_assert(sizeof(snell_mix_desc) == 160, "run tools/update_api");
 _Static_assert(offsetof(snell_mix_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_mix_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_mix_desc, ambient) == 32, "run tools/update_api");
 _Static_assert(offsetof(snell_mix_desc, alpha) == 44, "run tools/update_api");
 _Static_assert(offsetof(snell_mix_desc, alpha_cutoff) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_mix_desc, shadow) == 68, "run tools/update_api");
-_Static_assert(offsetof(snell_mix_desc, a) == 72, "run tools/update_api");
-_Static_assert(offsetof(snell_mix_desc, b) == 80, "run tools/update_api");
-_Static_assert(offsetof(snell_mix_desc, weight) == 88, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, a) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, b) == 132, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, weight) == 140, "run tools/update_api");
 snell_status snell_scene_add_mix(snell_scene *s, const snell_mix_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "mix", desc, &index1);
@@ -279,9 +364,25 @@ snell_status snell_scene_add_point_light(snell_scene *s, const snell_point_light
     return status;
 }
 
-_Static_assert(sizeof(snell_directional_light_desc) == 32, "run tools/update_api");
+_Static_assert(sizeof(snell_spot_light_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, position) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, intensity) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, power) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, cone) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_spot_light_desc, blend) == 60, "run tools/update_api");
+snell_status snell_scene_add_spot_light(snell_scene *s, const snell_spot_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "spot", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_directional_light_desc) == 40, "run tools/update_api");
 _Static_assert(offsetof(snell_directional_light_desc, direction) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_directional_light_desc, irradiance) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_directional_light_desc, angle) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_directional_light_desc, visible) == 36, "run tools/update_api");
 snell_status snell_scene_add_directional_light(snell_scene *s, const snell_directional_light_desc *desc, snell_light_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "directional", desc, &index1);
@@ -294,6 +395,75 @@ _Static_assert(offsetof(snell_headlight_light_desc, intensity) == 8, "run tools/
 snell_status snell_scene_add_headlight_light(snell_scene *s, const snell_headlight_light_desc *desc, snell_light_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "headlight", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_quad_light_desc) == 104, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, corner) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, u) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, v) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, center) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, at) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, width) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, height) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, radiance) == 76, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, power) == 88, "run tools/update_api");
+_Static_assert(offsetof(snell_quad_light_desc, visible) == 100, "run tools/update_api");
+snell_status snell_scene_add_quad_light(snell_scene *s, const snell_quad_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "quad", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_disk_light_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, normal) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, radius) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, radiance) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, power) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_disk_light_desc, visible) == 60, "run tools/update_api");
+snell_status snell_scene_add_disk_light(snell_scene *s, const snell_disk_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "disk", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_sphere_light_desc) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, radius) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, radiance) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, power) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_sphere_light_desc, visible) == 48, "run tools/update_api");
+snell_status snell_scene_add_sphere_light(snell_scene *s, const snell_sphere_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "sphere", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_environment_light_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_environment_light_desc, radiance) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_environment_light_desc, rotate) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_environment_light_desc, visible) == 32, "run tools/update_api");
+snell_status snell_scene_add_environment_light(snell_scene *s, const snell_environment_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "environment", desc, &index1);
+    if (!status && out) *out = (snell_light_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_sky_light_desc) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, sun) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, turbidity) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, scale) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, ground) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_sky_light_desc, visible) == 40, "run tools/update_api");
+snell_status snell_scene_add_sky_light(snell_scene *s, const snell_sky_light_desc *desc, snell_light_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_LIGHT, "sky", desc, &index1);
     if (!status && out) *out = (snell_light_id){index1, 0};
     return status;
 }
@@ -363,6 +533,53 @@ _Static_assert(offsetof(snell_mesh_desc, materials) == 120, "run tools/update_ap
 snell_status snell_scene_add_mesh(snell_scene *s, const snell_mesh_desc *desc, snell_shape_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "mesh", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_cylinder_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, to) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, radius) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_cylinder_desc, capped) == 36, "run tools/update_api");
+snell_status snell_scene_add_cylinder(snell_scene *s, const snell_cylinder_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "cylinder", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_cone_desc) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, to) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, radius) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, radius_to) == 36, "run tools/update_api");
+_Static_assert(offsetof(snell_cone_desc, capped) == 40, "run tools/update_api");
+snell_status snell_scene_add_cone(snell_scene *s, const snell_cone_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "cone", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_torus_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, axis) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, major) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_torus_desc, minor) == 36, "run tools/update_api");
+snell_status snell_scene_add_torus(snell_scene *s, const snell_torus_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "torus", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_lathe_desc) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_lathe_desc, profile) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_lathe_desc, smooth) == 24, "run tools/update_api");
+snell_status snell_scene_add_lathe(snell_scene *s, const snell_lathe_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "lathe", desc, &index1);
     if (!status && out) *out = (snell_shape_id){index1, 0};
     return status;
 }

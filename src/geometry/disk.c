@@ -4,6 +4,7 @@
 #include "base/error.h"
 #include "geometry/surface.h"
 #include "maths/functions.h"
+#include "sampling/warp.h"
 
 #define DISK_FIELDS(F, T)                                                                          \
     F(T, center, VEC3, DEFAULT(0, 0, 0), ANY, "m", "the centre")                                   \
@@ -54,17 +55,23 @@ static bool intersect(const void *desc, const local_ray *beam, hit *found) {
     return square <= r * r && square >= inner * inner && surface_accept(beam, t, &found->t);
 }
 
+static surface surface_at(const disk_desc *disk, dvec3 offset, dvec3 n) {
+    dvec3 center = dvec3_from(disk->center);
+    double r = disk->radius;
+    double size = 2 * r + fabs(center.x) + fabs(center.y) + fabs(center.z);
+    return surface_make(dvec3_add(center, offset), n, 16 * DOUBLE_EPSILON * size);
+}
+
 static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
     const disk_desc *disk = desc;
     dvec3 center = dvec3_from(disk->center), n = dvec3_normalize(dvec3_from(disk->normal));
     dvec3 offset;
-    double t, r = disk->radius;
+    double t;
     if (!solve(disk, beam, &t, &offset))
         offset = dvec3_sub(
             dvec3_add(dvec3_from(beam->o), dvec3_scale(dvec3_from(beam->d), found->t)), center);
     offset = dvec3_sub(offset, dvec3_scale(n, dvec3_dot(offset, n)));
-    double size = 2 * r + fabs(center.x) + fabs(center.y) + fabs(center.z);
-    *out = surface_make(dvec3_add(center, offset), n, 16 * DOUBLE_EPSILON * size);
+    *out = surface_at(disk, offset, n);
 }
 
 static void parametrise(const void *desc, surface *s) {
@@ -72,9 +79,34 @@ static void parametrise(const void *desc, surface *s) {
     double r = disk->radius, inner = disk->inner_radius;
     dvec3 offset = dvec3_sub(s->p, dvec3_from(disk->center)), along, across;
     dvec3_frame(s->n, &along, &across);
-    double turn = fn_atan2(dvec3_dot(offset, across), dvec3_dot(offset, along)) / (2 * PI);
+    double x = dvec3_dot(offset, along), y = dvec3_dot(offset, across), out = dvec3_length(offset);
+    double turn = fn_atan2(y, x) / (2 * PI);
     s->u = turn < 0 ? turn + 1 : turn;
-    s->v = clamp01((dvec3_length(offset) - inner) / (r - inner));
+    s->v = clamp01((out - inner) / (r - inner));
+    if (!(out > 0)) return; /* the centre: u has no direction */
+    s->dpdu = dvec3_scale(dvec3_sub(dvec3_scale(across, x), dvec3_scale(along, y)), 2 * PI);
+    s->dpdv = dvec3_scale(offset, (r - inner) / out);
+}
+
+static double area(const void *desc, uint32_t primitive) {
+    (void)primitive;
+    const disk_desc *disk = desc;
+    double r = disk->radius, inner = disk->inner_radius;
+    return PI * (r - inner) * (r + inner);
+}
+
+static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
+    (void)primitive;
+    const disk_desc *disk = desc;
+    double r = disk->radius, inner = disk->inner_radius;
+    warp_polar polar = warp_disk_polar((sample2){u, v});
+    double square = polar.radius * polar.radius;
+    double distance =
+        inner > 0 ? sqrt(inner * inner + square * (r - inner) * (r + inner)) : polar.radius * r;
+    dvec3 n = dvec3_normalize(dvec3_from(disk->normal)), along, across;
+    dvec3_frame(n, &along, &across);
+    dvec3 side = dvec3_add(dvec3_scale(along, polar.cosine), dvec3_scale(across, polar.sine));
+    *out = surface_at(disk, dvec3_scale(side, distance), n);
 }
 
 extern const primitive_type primitive_disk;
@@ -86,4 +118,6 @@ const primitive_type primitive_disk = {
     .intersect = intersect,
     .surface = fill_surface,
     .parametrise = parametrise,
+    .area = area,
+    .sample_area = sample_area,
 };

@@ -4,6 +4,7 @@
 
 #include "base/error.h"
 #include "geometry/surface.h"
+#include "sampling/warp.h"
 
 DESCRIBE_TABLE(mesh, MESH_FIELDS)
 
@@ -128,36 +129,98 @@ static double test_error(const dvec3 vertex[3]) {
     return FLOAT_EPSILON * (16 * extent + 2 * magnitude);
 }
 
-static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+/* u, v at the point, and how the point moves with them: p = p0 + a ab + b ac and uv = uv0 + a duv1 +
+ * b duv2, solved for dp/du and dp/dv. */
+static void set_uv(const mesh_desc *mesh, const uint32_t *index, const double weight[3], dvec3 ab,
+                   dvec3 ac, surface *out) {
+    double u[3], v[3];
+    out->u = out->v = 0;
+    for (int i = 0; i < 3; i++) {
+        u[i] = (double)mesh->uvs[index[i]].x;
+        v[i] = (double)mesh->uvs[index[i]].y;
+        out->u += weight[i] * u[i];
+        out->v += weight[i] * v[i];
+    }
+    double u1 = u[1] - u[0], u2 = u[2] - u[0], v1 = v[1] - v[0], v2 = v[2] - v[0];
+    double area = u1 * v2 - u2 * v1;
+    if (!(fabs(area) > 0x1p-40 * (fabs(u1 * v2) + fabs(u2 * v1)))) return;
+    out->dpdu = dvec3_scale(dvec3_sub(dvec3_scale(ab, v2), dvec3_scale(ac, v1)), 1 / area);
+    out->dpdv = dvec3_scale(dvec3_sub(dvec3_scale(ac, u1), dvec3_scale(ab, u2)), 1 / area);
+}
+
+/* The blended normal's change: dN = db (n1 - n0) + dc (n2 - n0) before it is made unit, where dp =
+ * db ab + dc ac. */
+static dvec3 bend(const void *desc, const hit *found, dvec3 dp) {
     const mesh_desc *mesh = desc;
     const uint32_t *index = mesh->indices + 3 * (size_t)found->primitive;
+    dvec3 vertex[3], normal[3], none = {0, 0, 0};
+    if (mesh->normals_count == 0) return none;
+    for (int i = 0; i < 3; i++) {
+        vertex[i] = dvec3_from(mesh->positions[index[i]]);
+        normal[i] = dvec3_normalize(dvec3_from(mesh->normals[index[i]]));
+    }
+    dvec3 ab = dvec3_sub(vertex[1], vertex[0]), ac = dvec3_sub(vertex[2], vertex[0]);
+    dvec3 n = dvec3_cross(ab, ac);
+    double weight[3], square = dvec3_dot(n, n);
+    hit_weights(found, weight);
+    dvec3 sum = none;
+    for (int i = 0; i < 3; i++) sum = dvec3_add(sum, dvec3_scale(normal[i], weight[i]));
+    double length = dvec3_length(sum);
+    if (!(square > 0) || !(length > 1e-6)) return none;
+    double db = dvec3_dot(dvec3_cross(dp, ac), n) / square,
+           dc = dvec3_dot(dvec3_cross(ab, dp), n) / square;
+    dvec3 change = dvec3_add(dvec3_scale(dvec3_sub(normal[1], normal[0]), db),
+                             dvec3_scale(dvec3_sub(normal[2], normal[0]), dc));
+    sum = dvec3_scale(sum, 1 / length);
+    change = dvec3_sub(change, dvec3_scale(sum, dvec3_dot(sum, change)));
+    /* The file may wind its triangles the other way: then ns is the negated blend. */
+    return dvec3_scale(change, dvec3_dot(sum, n) < 0 ? -1 / length : 1 / length);
+}
+
+/* `away`: which way a triangle without an area faces. */
+static void surface_at(const mesh_desc *mesh, uint32_t triangle, const double weight[3], dvec3 away,
+                       surface *out) {
+    const uint32_t *index = mesh->indices + 3 * (size_t)triangle;
     dvec3 vertex[3];
     for (int i = 0; i < 3; i++) vertex[i] = dvec3_from(mesh->positions[index[i]]);
-    double weight[3];
-    hit_weights(found, weight);
     dvec3 ab = dvec3_sub(vertex[1], vertex[0]), ac = dvec3_sub(vertex[2], vertex[0]);
     dvec3 n = dvec3_normalize(dvec3_cross(ab, ac));
-    if (!(dvec3_dot(n, n) > 0)) n = dvec3_normalize(dvec3_negate(dvec3_from(beam->d)));
+    if (!(dvec3_dot(n, n) > 0)) n = dvec3_normalize(away);
     dvec3 p =
         dvec3_add(vertex[0], dvec3_add(dvec3_scale(ab, weight[1]), dvec3_scale(ac, weight[2])));
     *out = surface_make(p, n, test_error(vertex));
     out->ns = shading_normal(mesh, index, weight, n);
     out->u = weight[1];
     out->v = weight[2];
-    if (mesh->uvs_count) {
-        out->u = out->v = 0;
-        for (int i = 0; i < 3; i++) {
-            out->u += weight[i] * (double)mesh->uvs[index[i]].x;
-            out->v += weight[i] * (double)mesh->uvs[index[i]].y;
-        }
-    }
+    if (mesh->uvs_count) set_uv(mesh, index, weight, ab, ac, out);
     if (mesh->colors_count) out->tint = blend(mesh->colors, index, weight);
     if (mesh->alphas_count) {
         const uint8_t *alphas = mesh->alphas;
         out->alpha = 0;
         for (int i = 0; i < 3; i++) out->alpha += weight[i] * alphas[index[i]] / 255;
     }
-    if (mesh->material_slots_count) out->material_slot = mesh->material_slots[found->primitive];
+    if (mesh->material_slots_count) out->material_slot = mesh->material_slots[triangle];
+}
+
+static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+    double weight[3];
+    hit_weights(found, weight);
+    surface_at(desc, found->primitive, weight, dvec3_negate(dvec3_from(beam->d)), out);
+}
+
+static double area(const void *desc, uint32_t primitive) {
+    const mesh_desc *mesh = desc;
+    const uint32_t *index = mesh->indices + 3 * (size_t)primitive;
+    dvec3 a = dvec3_from(mesh->positions[index[0]]);
+    dvec3 ab = dvec3_sub(dvec3_from(mesh->positions[index[1]]), a);
+    dvec3 ac = dvec3_sub(dvec3_from(mesh->positions[index[2]]), a);
+    return dvec3_length(dvec3_cross(ab, ac)) / 2;
+}
+
+static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
+    sample2 at = warp_triangle((sample2){u, v});
+    double weight[3] = {1 - at.x - at.y, at.x, at.y};
+    surface_at(desc, primitive, weight, (dvec3){0, 1, 0}, out);
 }
 
 extern const primitive_type primitive_mesh;
@@ -167,4 +230,7 @@ const primitive_type primitive_mesh = {
     .check = check,
     .bounds = bounds,
     .surface = fill_surface,
+    .area = area,
+    .sample_area = sample_area,
+    .bend = bend,
 };

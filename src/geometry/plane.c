@@ -41,6 +41,8 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
     dvec3_frame(n, &along, &across);
     out->u = dvec3_dot(offset, along);
     out->v = dvec3_dot(offset, across);
+    out->dpdu = along;
+    out->dpdv = across;
 }
 
 static int side(const void *desc, dvec3 p) {

@@ -36,6 +36,7 @@ typedef struct surface {
     dvec3 n;                /* geometric normal, unit, outward (counter-clockwise front) */
     dvec3 ns;               /* shading normal, unit, in n's hemisphere */
     double u, v;            /* texture coordinates */
+    dvec3 dpdu, dpdv;       /* of p by u, v; 0 where the shape has no smooth coordinates */
     dvec3 tint;             /* vertex colour, linear; 1 without */
     double alpha;           /* vertex alpha; 1 without */
     uint32_t material_slot; /* material index of the triangle; 0 */
@@ -53,12 +54,30 @@ typedef struct primitive_type {
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
-    /* Sets u, v of a surface in the shape's own space, where that is work that only textures need;
+    /* Sets u, v and dpdu, dpdv of a surface in the shape's own space, where that is work that only textures need;
      * NULL: `surface` sets them. */
     void (*parametrise)(const void *desc, surface *s);
+    /* How ns changes when the point moves by the small dp, in the shape's own space. NULL:
+     * curvature * dp, which is exact for spheres. */
+    dvec3 (*bend)(const void *desc, const hit *hit, dvec3 dp);
     /* +1 inside, -1 outside: for closed shapes and half-spaces, to find the media around a point.
      * NULL: encloses nothing or a mesh. */
     int (*side)(const void *desc, dvec3 p);
+    /* Sampling by area, for shapes that shine; in the shape's own space.
+     * area: of the whole surface, or of one triangle of a mesh (primitive; 0 elsewhere), m^2. NULL:
+     * cannot shine as a sampled light (planes).
+     * sample_area: (u, v) in [0,1)^2 to a point, uniform by area: fills *out as `surface` does;
+     * (.5, .5) is the centre where the shape has one on its surface. */
+    double (*area)(const void *desc, uint32_t primitive);
+    void (*sample_area)(const void *desc, uint32_t primitive, double u, double v, surface *out);
+    /* Optional, better: sampling by the solid angle that the shape subtends at `from` (own space).
+     * NULL, or false: use the area.
+     * sample_toward: the point that is seen from `from` in a direction drawn uniformly over that
+     * solid angle, pdf per sr; (.5, .5) points to the centre.
+     * pdf_toward: the density for a direction d (unit) that hits the shape; 0: use the area. */
+    bool (*sample_toward)(const void *desc, dvec3 from, double u, double v, surface *out,
+                          double *pdf_solid_angle);
+    double (*pdf_toward)(const void *desc, dvec3 from, dvec3 d);
 } primitive_type;
 
 /* The registry: every type of shapes.def, in its order. */

@@ -59,16 +59,8 @@ static bool intersect(const void *desc, const local_ray *beam, hit *found) {
     return surface_accept(beam, t, &found->t);
 }
 
-static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
-    const quad_desc *quad = desc;
+static surface surface_at(const quad_desc *quad, double a, double b) {
     dvec3 corner = dvec3_from(quad->corner), u = dvec3_from(quad->u), v = dvec3_from(quad->v);
-    double t, a, b;
-    if (!solve(quad, beam, &t, &a, &b)) {
-        a = found->u;
-        b = found->v;
-    }
-    a = clamp01(a);
-    b = clamp01(b);
     dvec3 n = dvec3_cross(u, v);
     dvec3 p = dvec3_add(corner, dvec3_add(dvec3_scale(u, a), dvec3_scale(v, b)));
     /* A thin parallelogram's normal is less exact by the ratio of its sides' product to its area.
@@ -76,9 +68,33 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
     double sides = dvec3_length(u) * dvec3_length(v), area = dvec3_length(n);
     double size = fabs(corner.x) + fabs(corner.y) + fabs(corner.z) + 2 * dvec3_length(u) +
                   2 * dvec3_length(v);
-    *out = surface_make(p, dvec3_normalize(n), 16 * DOUBLE_EPSILON * size * (sides / area));
-    out->u = a;
-    out->v = b;
+    surface made = surface_make(p, dvec3_normalize(n), 16 * DOUBLE_EPSILON * size * (sides / area));
+    made.u = a;
+    made.v = b;
+    made.dpdu = u;
+    made.dpdv = v;
+    return made;
+}
+
+static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
+    const quad_desc *quad = desc;
+    double t, a, b;
+    if (!solve(quad, beam, &t, &a, &b)) {
+        a = found->u;
+        b = found->v;
+    }
+    *out = surface_at(quad, clamp01(a), clamp01(b));
+}
+
+static double area(const void *desc, uint32_t primitive) {
+    (void)primitive;
+    const quad_desc *quad = desc;
+    return dvec3_length(dvec3_cross(dvec3_from(quad->u), dvec3_from(quad->v)));
+}
+
+static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
+    (void)primitive;
+    *out = surface_at(desc, u, v);
 }
 
 extern const primitive_type primitive_quad;
@@ -89,4 +105,6 @@ const primitive_type primitive_quad = {
     .bounds = bounds,
     .intersect = intersect,
     .surface = fill_surface,
+    .area = area,
+    .sample_area = sample_area,
 };

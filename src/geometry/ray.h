@@ -28,6 +28,12 @@ static inline ray ray_make(vec3 o, vec3 d, float t_min, float t_max) {
     return (ray){o, t_min, d, t_max, 0, ~0u, NO_ID, NO_ID, -INFINITY, 0, 0, 0};
 }
 
+/* How a ray's origin and direction differ from those of the picture's next sample to the right (x)
+ * and down (y). */
+typedef struct ray_differential {
+    vec3 dox, ddx, doy, ddy;
+} ray_differential;
+
 /* miss: t = INFINITY and instance = NO_ID. u, v: barycentrics of vertices 1 and 2 of a triangle;
  * free for the primitive's own use otherwise (they come back to its surface function). */
 typedef struct hit {

@@ -2,6 +2,7 @@
  * the right, 0.5 faces +Z, the seam faces -Z; v is 0 at the south pole (-Y) and 1 at the north. */
 #include "geometry/surface.h"
 #include "maths/functions.h"
+#include "sampling/warp.h"
 
 #define SPHERE_FIELDS(F, T)                                                                        \
     F(T, center, VEC3, DEFAULT(0, 0, 0), ANY, "m", "the centre")                                   \
@@ -42,29 +43,41 @@ static bool intersect(const void *desc, const local_ray *beam, hit *found) {
     return surface_accept(beam, t[0], &found->t) || surface_accept(beam, t[1], &found->t);
 }
 
+/* The point in the direction n (unit) from the centre. */
+static surface surface_at(const sphere_desc *sphere, dvec3 n) {
+    dvec3 center = dvec3_from(sphere->center);
+    double r = sphere->radius;
+    dvec3 p = dvec3_add(center, dvec3_scale(n, r));
+    /* From an origin near p every term of the quadratic is at most r^2 and relatively exact to a
+     * few roundings; so is the centre's subtraction. */
+    double size = r + fabs(center.x) + fabs(center.y) + fabs(center.z);
+    surface made = surface_make(p, n, 16 * DOUBLE_EPSILON * size + surface_shift_error(p, 1 / r));
+    made.curvature = 1 / r;
+    return made;
+}
+
 /* The roots are solved again in double: the float t of a far ray would move the point sideways. */
 static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
     const sphere_desc *sphere = desc;
     dvec3 center = dvec3_from(sphere->center), d = dvec3_from(beam->d);
-    double r = sphere->radius, t = found->t, roots[2];
+    double t = found->t, roots[2];
     if (solve(sphere, beam, roots))
         t = fabs(roots[0] - t) <= fabs(roots[1] - t) ? roots[0] : roots[1];
     dvec3 from_center = dvec3_sub(dvec3_add(dvec3_from(beam->o), dvec3_scale(d, t)), center);
     dvec3 n = dvec3_normalize(from_center);
     if (!(dvec3_dot(n, n) > 0)) n = (dvec3){0, 1, 0};
-    dvec3 p = dvec3_add(center, dvec3_scale(n, r));
-    /* From an origin near p every term of the quadratic is at most r^2 and relatively exact to a
-     * few roundings; so is the centre's subtraction. */
-    double size = r + fabs(center.x) + fabs(center.y) + fabs(center.z);
-    *out = surface_make(p, n, 16 * DOUBLE_EPSILON * size + surface_shift_error(p, 1 / r));
-    out->curvature = 1 / r;
+    *out = surface_at(sphere, n);
 }
 
 static void parametrise(const void *desc, surface *s) {
-    (void)desc;
+    const sphere_desc *sphere = desc;
     double height = s->n.y < -1 ? -1 : s->n.y > 1 ? 1 : s->n.y;
     s->u = 0.5 + fn_atan2(s->n.x, s->n.z) / (2 * PI);
     s->v = 1 - fn_acos(height) / PI;
+    double r = sphere->radius, ring = sqrt(s->n.x * s->n.x + s->n.z * s->n.z);
+    if (!(ring > 0)) return; /* a pole: u has no direction */
+    s->dpdu = (dvec3){2 * PI * r * s->n.z, 0, -2 * PI * r * s->n.x};
+    s->dpdv = dvec3_scale((dvec3){-height * s->n.x / ring, ring, -height * s->n.z / ring}, PI * r);
 }
 
 static int side(const void *desc, dvec3 p) {
@@ -72,6 +85,59 @@ static int side(const void *desc, dvec3 p) {
     dvec3 f = dvec3_sub(p, dvec3_from(sphere->center));
     double r = sphere->radius;
     return dvec3_dot(f, f) < r * r ? 1 : -1;
+}
+
+static double area(const void *desc, uint32_t primitive) {
+    (void)primitive;
+    double r = ((const sphere_desc *)desc)->radius;
+    return 4 * PI * r * r;
+}
+
+/* Archimedes: equal heights are equal areas. */
+static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
+    (void)primitive;
+    double y = 1 - 2 * u, ring = sqrt(4 * u * (1 - u)), angle = 2 * PI * v;
+    dvec3 n = dvec3_normalize((dvec3){ring * fn_sin(angle), y, ring * fn_cos(angle)});
+    *out = surface_at(desc, n);
+}
+
+/* The cone that the sphere fills at `from`: the squared sine of its half-angle and 1 - the cosine,
+ * which a tiny or far sphere would lose if it were subtracted. False: not outside. */
+static bool cone_from(const sphere_desc *sphere, dvec3 from, double *sin2, double *one_minus_cos) {
+    dvec3 f = dvec3_sub(dvec3_from(sphere->center), from);
+    double r = sphere->radius;
+    *sin2 = r * r / dvec3_dot(f, f);
+    if (!(*sin2 < 1 && *sin2 > 0)) return false;
+    *one_minus_cos = *sin2 / (1 + sqrt(1 - *sin2));
+    return true;
+}
+
+/* A direction at the angle theta from the axis meets the sphere where the normal stands at
+ * beta - theta from the axis reversed; sin beta = sin theta / sin theta_max (law of sines). */
+static bool sample_toward(const void *desc, dvec3 from, double u, double v, surface *out,
+                          double *pdf_solid_angle) {
+    const sphere_desc *sphere = desc;
+    double sin2_max, width;
+    if (!cone_from(sphere, from, &sin2_max, &width)) return false;
+    warp_polar disk = warp_disk_polar((sample2){u, v});
+    double below = disk.radius * disk.radius * width; /* 1 - cos theta */
+    double sin2 = below * (2 - below), sin = sqrt(sin2), cos = 1 - below;
+    double sin_beta = double_min(sqrt(sin2 / sin2_max), 1);
+    double cos_beta = sqrt(1 - sin_beta * sin_beta);
+    double sin_alpha = sin_beta * cos - cos_beta * sin, cos_alpha = cos_beta * cos + sin_beta * sin;
+    dvec3 axis = dvec3_normalize(dvec3_sub(from, dvec3_from(sphere->center))), along, across;
+    dvec3_frame(axis, &along, &across);
+    dvec3 side = dvec3_add(dvec3_scale(along, disk.cosine), dvec3_scale(across, disk.sine));
+    dvec3 n = dvec3_add(dvec3_scale(axis, cos_alpha), dvec3_scale(side, sin_alpha));
+    *out = surface_at(sphere, dvec3_normalize(n));
+    *pdf_solid_angle = 1 / (2 * PI * width);
+    return true;
+}
+
+static double pdf_toward(const void *desc, dvec3 from, dvec3 d) {
+    (void)d;
+    double sin2, width;
+    return cone_from(desc, from, &sin2, &width) ? 1 / (2 * PI * width) : 0;
 }
 
 extern const primitive_type primitive_sphere;
@@ -82,4 +148,8 @@ const primitive_type primitive_sphere = {
     .surface = fill_surface,
     .parametrise = parametrise,
     .side = side,
+    .area = area,
+    .sample_area = sample_area,
+    .sample_toward = sample_toward,
+    .pdf_toward = pdf_toward,
 };

@@ -39,7 +39,7 @@ static snell_status load_image(gltf *g, size_t index, const decoded_image **out)
 
 /* ---- textures ---- */
 
-enum { USE_COLOR, USE_ALPHA };
+enum { USE_COLOR, USE_ALPHA, USE_DATA };
 
 enum {
     GL_NEAREST = 9728,
@@ -140,9 +140,9 @@ static snell_status gltf_texture(gltf *g, const json_t *info, int use, snell_tex
         return gltf_warn(g, "%s: has no image; the plain colour is used", where);
     snell_status status = load_image(g, image_index, &image);
     if (status) return status;
-    if (image && (use == USE_COLOR || image_has_alpha(image))) {
+    if (image && (use != USE_ALPHA || image_has_alpha(image))) {
         decoded_image part;
-        status = use == USE_COLOR ? image_copy_color(image, &part) : image_copy_alpha(image, &part);
+        status = use == USE_ALPHA ? image_copy_alpha(image, &part) : image_copy_color(image, &part);
         if (!status) {
             size_t sampler = json_index(json_item(g, "textures", key.texture), "sampler", SIZE_MAX);
             status = add_texture(g, where, sampler, key.transform, &part, use, &key.id);
@@ -178,6 +178,8 @@ static snell_status average(gltf *g, const json_t *info, uint32_t channel, doubl
 typedef struct surface {
     const char *where, *name;
     snell_input base, emission, alpha;
+    snell_texture_id normal_map;
+    double normal_scale;
     bool has_emission, has_alpha, two_sided;
     double cutoff, metallic, roughness, ior;
 } surface;
@@ -200,6 +202,10 @@ static void add_common(params *p, const surface *s) {
     if (s->has_emission) {
         add_input(p, "emission", s->emission);
         add_param(p, (snell_param){"emit_two_sided", SNELL_PARAM_BOOL, {.b = s->two_sided}});
+    }
+    if (s->normal_map.index1) {
+        add_param(p, (snell_param){"normal_map", SNELL_PARAM_TEXTURE, {.texture = s->normal_map}});
+        add_float(p, "normal_scale", s->normal_scale);
     }
     if (s->has_alpha) {
         add_input(p, "alpha", s->alpha);
@@ -244,6 +250,7 @@ static snell_status add_glossy(gltf *g, const surface *s, const char *wanted, ui
 static snell_status add_glazed(gltf *g, const surface *s, uint32_t *out) {
     surface under = *s;
     under.has_emission = under.has_alpha = false;
+    under.normal_map = (snell_texture_id){0, 0};
     uint32_t base;
     snell_status status = add_glossy(g, &under, NULL, &base);
     if (status) return status;
@@ -298,12 +305,23 @@ static unsigned uv_set(const json_t *info) {
     return (unsigned)json_index(changed, "texCoord", json_index(info, "texCoord", 0)) & 0xff;
 }
 
-/* A mesh keeps one set of texture coordinates, that of the base colour. */
-static snell_status warn_of_uv_sets(gltf *g, const json_t *material) {
+/* Whose texture coordinates the material's meshes have. */
+static const json_t *main_texture(const json_t *material) {
     const json_t *base = json_at(json_at(material, "pbrMetallicRoughness"), "baseColorTexture"),
                  *emissive = json_at(material, "emissiveTexture");
-    if (g->uv_sets_warned || !base || !emissive || uv_set(base) == uv_set(emissive))
-        return SNELL_OK;
+    return base ? base : emissive ? emissive : json_at(material, "normalTexture");
+}
+
+/* A mesh keeps one set of texture coordinates, that of the base colour. */
+static snell_status warn_of_uv_sets(gltf *g, const json_t *material) {
+    unsigned used = uv_set(main_texture(material));
+    const char *const others[] = {"emissiveTexture", "normalTexture"};
+    bool differ = false;
+    for (int i = 0; i < 2; i++) {
+        const json_t *info = json_at(material, others[i]);
+        differ |= info && uv_set(info) != used;
+    }
+    if (g->uv_sets_warned || !differ) return SNELL_OK;
     g->uv_sets_warned = true;
     return gltf_warn(g,
                      "a material's textures use several sets of texture coordinates: that of the "
@@ -316,9 +334,7 @@ static snell_status warn_of_losses(gltf *g, const json_t *material) {
                  *transmission = json_extension(material, "KHR_materials_transmission"),
                  *volume = json_extension(material, "KHR_materials_volume");
     snell_status status = SNELL_OK;
-    if (json_at(material, "normalTexture"))
-        status = gltf_warn(g, "normal maps are not supported yet: ignored");
-    if (!status && json_at(material, "occlusionTexture"))
+    if (json_at(material, "occlusionTexture"))
         status = gltf_warn(g, "occlusion maps are not supported: ignored");
     if (!status && json_at(pbr, "metallicRoughnessTexture"))
         status =
@@ -365,13 +381,20 @@ static snell_status read_emission(gltf *g, const json_t *material, surface *s) {
     return gltf_texture(g, json_at(material, "emissiveTexture"), USE_COLOR, &s->emission.texture);
 }
 
+static snell_status read_normals(gltf *g, const json_t *material, surface *s) {
+    const json_t *info = json_at(material, "normalTexture");
+    s->normal_scale = json_number(info, "scale", 1);
+    return gltf_texture(g, info, USE_DATA, &s->normal_map);
+}
+
 static snell_status make_material(gltf *g, const json_t *material, const char *where,
                                   uint32_t *out) {
     surface s = {.where = where, .name = json_text(material, "name"), .ior = 1.5};
     snell_status status = read_base(g, material, &s);
     if (!status) status = read_emission(g, material, &s);
     if (!status) status = warn_of_losses(g, material);
-    if (!status && s.has_emission) status = warn_of_uv_sets(g, material);
+    if (!status) status = read_normals(g, material, &s);
+    if (!status && (s.has_emission || s.normal_map.index1)) status = warn_of_uv_sets(g, material);
     if (status) return status;
     double ior = json_number(json_extension(material, "KHR_materials_ior"), "ior", 1.5);
     s.ior = ior < 1    ? 1
@@ -398,10 +421,7 @@ snell_status gltf_material(gltf *g, size_t index, uint32_t *out) {
 }
 
 unsigned gltf_material_uv_set(const gltf *g, size_t index) {
-    const json_t *material = index == SIZE_MAX ? NULL : json_item(g, "materials", index),
-                 *base = json_at(json_at(material, "pbrMetallicRoughness"), "baseColorTexture"),
-                 *emissive = json_at(material, "emissiveTexture");
-    return uv_set(base ? base : emissive);
+    return uv_set(main_texture(index == SIZE_MAX ? NULL : json_item(g, "materials", index)));
 }
 
 bool gltf_material_has_alpha(const gltf *g, size_t index) {

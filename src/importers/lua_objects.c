@@ -139,6 +139,29 @@ static void warn_of_bright(lua_State *L, const type_info *type, const char *labe
     }
 }
 
+/* Normals are data: decoded as colours they lean the wrong way. */
+static void warn_of_coded_normals(lua_State *L, const type_info *type, const char *label,
+                                  uint32_t index) {
+    description *d = scene_of(L)->d;
+    const object *made = &d->objects[CATEGORY_MATERIAL].items[index];
+    const field *f = type_find_field(type, "normal_map");
+    if (f == NULL) return;
+    uint32_t index1 =
+        ((const snell_texture_id *)(const void *)((const char *)made->desc + f->offset))->index1;
+    if (index1 == 0) return;
+    const object *map = &d->objects[CATEGORY_TEXTURE].items[index1 - 1];
+    const field *encoding = type_find_field(map->type, "encoding");
+    if (encoding == NULL) return;
+    int32_t coded = *(const int32_t *)(const void *)((const char *)map->desc + encoding->offset);
+    char word[16];
+    choice_word(encoding->choices, coded, word, sizeof word);
+    if (strcmp(word, "srgb") == 0 &&
+        description_add_message(d, SNELL_WARNING, made->file, made->line,
+                                "texture.image { file = .., encoding = \"linear\" }",
+                                "%s: the image of 'normal_map' is read as sRGB colours", label))
+        scene_fail_last(L, NULL, NULL);
+}
+
 static int make_material(lua_State *L) {
     const type_info *type = lua_touserdata(L, lua_upvalueindex(1));
     construction c = {.label = lua_tostring(L, lua_upvalueindex(2))};
@@ -147,6 +170,7 @@ static int make_material(lua_State *L) {
     read_fields(L, type, &c);
     uint32_t index = add_object(L, type, &c, read_name(L, c.label));
     warn_of_bright(L, type, c.label, index);
+    warn_of_coded_normals(L, type, c.label, index);
     handle_push(L, HANDLE_MATERIAL, index);
     return 1;
 }

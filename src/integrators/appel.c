@@ -9,8 +9,7 @@ static bsdf without_traced_lobes(const bsdf *b, const shade_point *p) {
     for (int i = 0; i < matte.lobe_count; i++) {
         lobe *l = &matte.lobes[i];
         if (l->type->class == LOBE_MIRROR)
-            l->weight =
-                dvec3_mul(l->weight, fresnel_evaluate(&l->fresnel, dvec3_dot(p->wo, p->ns)));
+            l->weight = lobe_mirrored(l, b, dvec3_dot(p->wo, p->ns));
         if (l->type->evaluate == NULL || l->type->transmits) l->type = &lobe_lambert;
     }
     return matte;
@@ -19,7 +18,7 @@ static bsdf without_traced_lobes(const bsdf *b, const shade_point *p) {
 static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
     bsdf matte = without_traced_lobes(b, p);
     emit_own_light(w, r, &matte);
-    emit_direct_light(w, r, p, &matte);
+    emit_direct_light(w, r, p, &matte, LOBES_LIT, LIGHT_CENTERS);
 }
 
 const integrator integrator_appel = {

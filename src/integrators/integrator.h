@@ -12,6 +12,8 @@
 
 #include "image/film.h"
 #include "integrators/media.h"
+#include "sampling/sampling.h"
+#include "scene/lights.h"
 
 typedef enum ray_kind {
     RAY_CAMERA,
@@ -24,14 +26,22 @@ typedef enum ray_kind {
 /* A ray with all that a recursion would have kept on its stack. */
 typedef struct path_ray {
     ray ray;
-    vec3 weight;    /* how much of what it finds reaches the pixel */
-    uint32_t pixel; /* of the block */
-    uint64_t code;  /* path code: a hash of the way from the camera */
-    media media;    /* what it travels in */
-    uint16_t depth; /* camera ray 0, each child one more */
-    uint8_t kind;   /* ray_kind */
-    bool primary;   /* a camera ray, or one walked on through transparent surfaces */
+    vec3 weight;     /* how much of what it finds reaches the pixel */
+    uint32_t pixel;  /* of the block */
+    uint32_t sample; /* number of the pixel's sample */
+    uint64_t code;   /* path code: a hash of the way from the camera */
+    media media;     /* what it travels in */
+    uint16_t depth;  /* camera ray 0, each child one more */
+    uint8_t kind;    /* ray_kind */
+    bool primary;    /* a camera ray, or one walked on through transparent surfaces */
+    bool has_differential;
     float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
+    ray_differential differential; /* to the next sample's ray, where has_differential */
+    /* For `path`: the density, per sr, with which the ray's direction was drawn (0: it had no
+     * choice, so that nothing else could have found what it finds), and the normal where that was
+     * (0: of no side), as scene_choose_source was or would have been asked. */
+    float drawn_pdf;
+    vec3 drawn_n;
 } path_ray;
 
 typedef struct wave wave;
@@ -40,6 +50,9 @@ typedef struct integrator {
     const char *name, *help;
     uint32_t samples, max_depth; /* defaults */
     uint32_t max_depth_media;    /* default where the scene has dielectrics */
+    /* One branch of every choice, drawn by chance, instead of all of them. Then rays are not dropped
+     * by min_weight, and light does not go straight through glass but is refracted. */
+    bool one_branch;
     void (*hit)(wave *w, const path_ray *r, const shade_point *p, const bsdf *b);
     void (*miss)(wave *w, const path_ray *r);
 } integrator;
@@ -48,23 +61,48 @@ extern const integrator
     *const integrators[]; /* by snell_integrator - 1; NULL: not in this version */
 enum { INTEGRATOR_COUNT = 4 };
 
-/* ---- what policies emit (wave.c) ---- */
+/* ---- what policies ask (wave.c) ---- */
 const scene *wave_scene(const wave *w);
+uint32_t wave_max_depth(const wave *w);
+dvec3 wave_eye(const wave *w); /* the camera's position */
+/* What a ray is in once it has crossed the surface that was hit; during `hit` only. */
+const media *wave_beyond(const wave *w);
+/* A point of the unit square for one purpose of this ray, or of its child in a slot. */
+sample2 wave_draw(const wave *w, const path_ray *r, sample_purpose purpose);
+sample2 wave_draw_child(const wave *w, const path_ray *r, uint32_t slot, sample_purpose purpose);
+
+/* ---- what policies emit (wave.c) ---- */
 /* Radiance that the ray brings home: it is weighted and added to the film. */
 void emit_radiance(wave *w, const path_ray *r, dvec3 radiance);
 /* A child of r from p into direction d, carrying `weight` of what it finds, in `m`. slot: which
  * child (0, 1, ..). Deeper than max_depth it is black and not traced; below min_weight it is
- * dropped and counted. */
-void emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
-              const media *m, uint32_t slot, ray_kind kind);
+ * dropped and counted: then NULL. What is returned may be changed until the next emission. */
+path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
+                   const media *m, uint32_t slot, ray_kind kind);
 /* r walks on through p as if it were not there, at the same depth. */
 void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m);
-/* Direct light: for every light a shadow ray that brings f(wo, wi) E max(0, n.l) if nothing blocks
- * it. */
-void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b);
+/* Direct light of every light, one shadow ray for each, or one for each representative of a mesh:
+ * f(wo, wi) E max(0, n.l) if nothing blocks it.
+ * LIGHT_CENTERS: from the middle of each light; light from everywhere falls on Lambert lobes with
+ * nothing in the way, and on no other.
+ * LIGHT_AREAS: from a point drawn on each light; lobes that are traced meet such lights by
+ * themselves and get only the light of points. */
+typedef enum light_places { LIGHT_CENTERS, LIGHT_AREAS } light_places;
+void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                       lobe_set lobes, light_places places);
+/* The light of one sample, `radiance` of which leaves p towards the eye unless it is in shadow. */
+void emit_shadow_ray(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
+                     dvec3 radiance);
+/* f |cos| of these lobes times the sample's light, for its density; 0 where the geometric and the
+ * shading side disagree about where it comes from. */
+dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
+                      const light_sample *sample);
 /* Emission and ambient light of a hit. */
 void emit_own_light(wave *w, const path_ray *r, const bsdf *b);
-void emit_background(wave *w, const path_ray *r);
+/* What a ray that leaves sees: lights, each weighted by `weight` (NULL: 1), or the background. */
+typedef double light_weight_fn(const wave *w, const path_ray *r, uint32_t light);
+void emit_sky(wave *w, const path_ray *r, light_weight_fn *weight);
+void emit_background(wave *w, const path_ray *r); /* emit_sky without weights */
 
 /* ---- the loop ---- */
 typedef struct wave_settings {

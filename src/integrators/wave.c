@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "integrators/differential.h"
 #include "integrators/integrator.h"
+#include "maths/functions.h"
 #include "sampling/sampling.h"
 
 /* A shadow ray: what it adds to the film if light gets through. */
@@ -31,6 +33,7 @@ struct wave {
     uint8_t *blocked;
     film_block *film;
     uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
+    media beyond;                              /* of the surface that a policy is asked about */
     bool out_of_memory, stopped;
     bool (*go_on)(void *user, const wave_stats *stats);
     void *user;
@@ -75,6 +78,18 @@ void wave_destroy(wave *w) {
 
 const wave_stats *wave_get_stats(const wave *w) { return &w->stats; }
 const scene *wave_scene(const wave *w) { return w->settings.scene; }
+uint32_t wave_max_depth(const wave *w) { return w->settings.max_depth; }
+dvec3 wave_eye(const wave *w) { return dvec3_from(w->settings.frame.position); }
+const media *wave_beyond(const wave *w) { return &w->beyond; }
+
+sample2 wave_draw(const wave *w, const path_ray *r, sample_purpose purpose) {
+    return sample_point(sample_stream(w->streams[r->pixel], r->code, purpose), r->sample);
+}
+
+sample2 wave_draw_child(const wave *w, const path_ray *r, uint32_t slot, sample_purpose purpose) {
+    uint64_t code = path_code_child(r->code, slot);
+    return sample_point(sample_stream(w->streams[r->pixel], code, purpose), r->sample);
+}
 
 /* ---- emitting ---- */
 
@@ -89,9 +104,19 @@ void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
 
 /* In a transparent picture the camera sees through to nothing, or to as much of the background as the
  * scene's alpha says. */
-void emit_background(wave *w, const path_ray *r) {
+void emit_sky(wave *w, const path_ray *r, light_weight_fn *weight) {
     const scene *s = w->settings.scene;
-    dvec3 radiance = scene_background(s, dvec3_from(r->ray.d));
+    dvec3 d = dvec3_normalize(dvec3_from(r->ray.d)), radiance = {0, 0, 0};
+    bool sees_lights = false;
+    for (uint32_t i = 0; i < s->light_count; i++) {
+        if (!scene_light_is_seen(s, i, r->primary)) continue;
+        const light *l = &s->lights[i];
+        dvec3 here = l->type->radiance(l, d);
+        sees_lights |= l->type->irradiance != NULL; /* a disk in the sky is not all of it */
+        if (!(dvec3_largest(here) > 0)) continue;
+        radiance = dvec3_add(radiance, dvec3_scale(here, weight ? weight(w, r, i) : 1));
+    }
+    if (!sees_lights) radiance = dvec3_add(radiance, scene_background(s, dvec3_from(r->ray.d)));
     if (r->primary && w->settings.transparent) {
         double alpha = s->background_alpha < 1 ? s->background_alpha : 0;
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage * alpha);
@@ -100,36 +125,41 @@ void emit_background(wave *w, const path_ray *r) {
     emit_radiance(w, r, radiance);
 }
 
-static void push_ray(wave *w, const path_ray *child) {
+void emit_background(wave *w, const path_ray *r) { emit_sky(w, r, NULL); }
+
+static path_ray *push_ray(wave *w, const path_ray *child) {
     if (!ARRAY_GROW(w->next, w->next_count, w->next_capacity, 1)) {
         w->out_of_memory = true;
-        return;
+        return NULL;
     }
-    w->next[w->next_count++] = *child;
     w->stats.rays[child->kind]++;
+    w->next[w->next_count] = *child;
+    return &w->next[w->next_count++];
 }
 
 /* min_weight only saves time: what it drops is counted. */
 static bool matters(wave *w, vec3 weight) {
     double largest = (double)vec3_largest(weight);
+    if (w->settings.integrator->one_branch) return largest > 0; /* chance ends the path */
     double brightest = double_max(1, w->settings.scene->brightest_background);
     if (largest * brightest >= (double)w->settings.min_weight && largest > 0) return true;
     w->stats.dropped_weight += fixed_from(largest, &w->stats.film_overflows);
     return false;
 }
 
-void emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
-              const media *m, uint32_t slot, ray_kind kind) {
-    if (r->depth >= w->settings.max_depth) return;
+path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
+                   const media *m, uint32_t slot, ray_kind kind) {
+    if (r->depth >= w->settings.max_depth) return NULL;
     path_ray child = {.ray = scene_spawn_ray(p, d, INFINITY),
                       .weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight)),
                       .pixel = r->pixel,
+                      .sample = r->sample,
                       .code = path_code_child(r->code, slot),
                       .media = *m,
                       .depth = (uint16_t)(r->depth + 1),
                       .kind = (uint8_t)kind};
     child.ray.time = r->ray.time;
-    if (matters(w, child.weight)) push_ray(w, &child);
+    return matters(w, child.weight) ? push_ray(w, &child) : NULL;
 }
 
 void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m) {
@@ -156,46 +186,92 @@ static media media_for_shadows(const media *m, const scene *s) {
     return seen;
 }
 
-static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
-                        dvec3 radiance) {
+void emit_shadow_ray(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
+                     dvec3 radiance) {
     vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), radiance));
     if (!(vec3_largest(carried) > 0)) return;
     if (w->shadow_count == w->settings.wave_size) test_shadows(w);
+    const media *m = dvec3_dot(p->n, from->to_light) > 0 ? &r->media : &w->beyond;
     /* From the surface to the light: t = 1 is the light itself. */
     shadow_ray *s = &w->shadows[w->shadow_count++];
-    *s = (shadow_ray){.ray = scene_spawn_ray(p, from->to_light, from->directional ? INFINITY : 1),
+    *s = (shadow_ray){.ray = scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1),
                       .light = carried,
                       .pixel = r->pixel,
-                      .media = media_for_shadows(&r->media, w->settings.scene)};
-    if (!from->directional) {
-        dvec3 end = dvec3_add(p->p, from->to_light);
+                      .media = media_for_shadows(m, w->settings.scene)};
+    if (!from->infinite) {
+        dvec3 end = dvec3_add(p->p, from->to_end);
         s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
     }
     s->length = dvec3_length(dvec3_from(s->ray.d));
-    s->ray.mask = MASK_OPAQUE;
+    s->ray.mask = MASK_OPAQUE | MASK_LIGHT;
     s->ray.time = r->ray.time;
     w->stats.shadow_rays++;
 }
 
-void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
-    if (!bsdf_is_lit(b, LOBES_LIT)) return;
+dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
+                      const light_sample *sample) {
+    dvec3 wi = dvec3_normalize(sample->to_light);
+    double cosine = dvec3_dot(p->ns, wi);
+    if (!(cosine * dvec3_dot(p->n, wi) > 0)) return (dvec3){0, 0, 0};
+    dvec3 f = bsdf_evaluate(b, lobes, p->ns, p->wo, wi);
+    return dvec3_scale(dvec3_mul(f, sample->light), fabs(cosine));
+}
+
+/* One sample of a light. */
+static void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                       lobe_set lobes, const light_sample *sample, bool casts_shadow) {
+    dvec3 radiance = light_reflected(p, b, lobes, sample);
+    if (sample->pdf > 0) radiance = dvec3_scale(radiance, 1 / sample->pdf);
+    if (casts_shadow)
+        emit_shadow_ray(w, r, p, sample, radiance);
+    else
+        emit_radiance(w, r, radiance);
+}
+
+/* Light from everywhere on the Lambert lobes, with nothing in the way. */
+static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                            const light *l) {
+    dvec3 reflectance = {0, 0, 0};
+    for (int i = 0; i < b->lobe_count; i++)
+        if (b->lobes[i].type == &lobe_lambert)
+            reflectance = dvec3_add(reflectance, b->lobes[i].weight);
+    dvec3 irradiance = l->type->irradiance(l, p->ns);
+    emit_radiance(w, r, dvec3_scale(dvec3_mul(reflectance, irradiance), 1 / PI));
+}
+
+static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                         lobe_set lobes, uint32_t light_index) {
     const scene *s = w->settings.scene;
-    dvec3 eye = dvec3_from(w->settings.frame.position);
-    for (uint32_t i = 0; i < s->light_count; i++) {
-        const light *l = &s->lights[i];
-        light_sample sample;
-        if (!l->type->sample(l->desc, p->p, eye, &sample)) continue;
-        dvec3 wi = dvec3_normalize(sample.to_light);
-        double cosine = dvec3_dot(p->ns, wi);
-        /* Light counts only where the geometric and the shading side agree. */
-        if (!(cosine > 0) || !(dvec3_dot(p->n, wi) > 0)) continue;
-        dvec3 f = bsdf_evaluate(b, LOBES_LIT, p->ns, p->wo, wi);
-        dvec3 radiance = dvec3_scale(dvec3_mul(f, sample.irradiance), cosine);
-        if (l->type->casts_shadow)
-            push_shadow(w, r, p, &sample, radiance);
-        else
-            emit_radiance(w, r, radiance);
+    const light_type *type = scene_light_type(s, light_index);
+    if (type && type->irradiance) {
+        emit_irradiance(w, r, p, b, &s->lights[light_index]);
+        return;
     }
+    uint32_t count = scene_light_center_count(s, light_index);
+    for (uint32_t k = 0; k < count; k++) {
+        light_sample sample;
+        if (scene_sample_light_center(s, light_index, k, p->p, wave_eye(w), r->ray.time, &sample))
+            emit_light(w, r, p, b, lobes, &sample, !type || type->casts_shadow);
+    }
+}
+
+static void emit_area(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                      lobe_set lobes, uint32_t light_index) {
+    const scene *s = w->settings.scene;
+    const light_type *type = scene_light_type(s, light_index);
+    light_sample sample;
+    sample2 u = wave_draw_child(w, r, light_index, SAMPLE_LIGHT);
+    if (!scene_sample_light(s, light_index, p->p, wave_eye(w), r->ray.time, u, &sample)) return;
+    if (sample.pdf > 0) lobes &= LOBES_DIFFUSE;
+    emit_light(w, r, p, b, lobes, &sample, !type || type->casts_shadow);
+}
+
+void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                       lobe_set lobes, light_places places) {
+    if (!bsdf_is_lit(b, lobes)) return;
+    uint32_t count = scene_light_count(w->settings.scene);
+    for (uint32_t i = 0; i < count; i++)
+        (places == LIGHT_CENTERS ? emit_centers : emit_area)(w, r, p, b, lobes, i);
 }
 
 /* ---- shadows ---- */
@@ -218,6 +294,7 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
         return dvec3_add(sum, dvec3_scale(bsdf_straight(&b, dvec3_dot(p->wo, p->ns)), alpha));
     }
     if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;
+    bool straight = !w->settings.integrator->one_branch;
     const medium *before = media_current(m, s);
     if (p->outside)
         media_enter(m, p->instance);
@@ -226,6 +303,7 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     const medium *after = media_current(m, s);
     if (before == after) return (dvec3){1, 1, 1}; /* a face inside what has priority */
     double ior1 = double_min(before->ior, after->ior), ior2 = double_max(before->ior, after->ior);
+    if (!straight && ior1 != ior2) return sum; /* it would be refracted */
     double pass = alpha * (1 - fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2));
     material_evaluate(p->material, &p->at, &b);
     return dvec3_add(sum, dvec3_scale(bsdf_passing(&b), pass));
@@ -308,18 +386,36 @@ static bool cross_interface(wave *w, const path_ray *r, const shade_point *p, bs
     bool known = p->outside ? media_enter(beyond, p->instance) : media_leave(beyond, p->instance);
     if (!known && (p->outside || b->alpha >= 1)) w->stats.media_mismatches++;
     if (!p->outside) b->alpha = 1;
-    return media_current(&r->media, s) == media_current(beyond, s);
+    const medium *before = media_current(&r->media, s), *after = media_current(beyond, s);
+    b->ior1 = before->ior;
+    b->ior2 = after->ior;
+    return before == after;
+}
+
+/* Of what is there in part, a path meets all or nothing. The draw is the surface's own, so that two
+ * that coincide are independent. */
+static bool is_there(const wave *w, const path_ray *r, const hit *h, double alpha) {
+    uint64_t code = r->code ^ hash_mix((uint64_t)h->instance << 32 | h->primitive);
+    uint64_t stream = sample_stream(w->streams[r->pixel], code, SAMPLE_ALPHA);
+    return sample_point(stream, r->sample).x < alpha;
 }
 
 static void handle_hit(wave *w, path_ray *r, const hit *h) {
     absorb(w, r, (double)h->t);
     shade_point p;
     scene_shade_point(w->settings.scene, &r->ray, h, &p);
+    if (r->has_differential)
+        scene_set_footprint(w->settings.scene, &r->ray, &r->differential, h, &p);
+    if (p.material->bends) scene_bend_normal(w->settings.scene, &p);
     bsdf b;
     material_evaluate(p.material, &p.at, &b);
-    media beyond;
-    bool hidden = cross_interface(w, r, &p, &b, &beyond);
-    if (b.alpha < 1) {
+    bool hidden = cross_interface(w, r, &p, &b, &w->beyond);
+    if (b.alpha < 1 && w->settings.integrator->one_branch) {
+        if (!is_there(w, r, h, b.alpha)) {
+            emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
+            return;
+        }
+    } else if (b.alpha < 1) {
         double pass = 1 - b.alpha;
         float coverage = r->coverage;
         r->coverage = (float)((double)coverage * pass);
@@ -329,7 +425,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         r->weight = vec3_from(dvec3_scale(dvec3_from(r->weight), b.alpha));
     }
     if (hidden) {
-        emit_continued(w, r, h, (dvec3){1, 1, 1}, &beyond);
+        emit_continued(w, r, h, (dvec3){1, 1, 1}, &w->beyond);
         return;
     }
     if (r->primary && w->settings.transparent)
@@ -391,7 +487,10 @@ static void advance(block_cursor *c) {
 static void push_camera_ray(wave *w, const block_cursor *c) {
     const wave_settings *s = &w->settings;
     sample2 place = {0.5, 0.5};
-    if (!s->pixel_center) place = sample_point(w->streams[c->pixel], c->sample);
+    if (!s->pixel_center) {
+        uint64_t stream = sample_stream(w->streams[c->pixel], PATH_CODE_CAMERA, SAMPLE_PIXEL);
+        place = sample_point(stream, c->sample);
+    }
     camera_sample at = {c->x + place.x, c->y + place.y};
     path_ray *r = &w->pool[w->pool_count++];
     vec3 o, d;
@@ -399,11 +498,14 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
     *r = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
                     .weight = {1, 1, 1},
                     .pixel = c->pixel,
-                    .code = path_code_child(PATH_CODE_CAMERA, c->sample),
+                    .sample = c->sample,
+                    .code = PATH_CODE_CAMERA,
                     .media = s->camera_media,
                     .kind = RAY_CAMERA,
                     .primary = true,
                     .coverage = 1};
+    r->ray.mask = ~(uint32_t)MASK_LIGHT_HIDDEN;
+    if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
     w->stats.rays[RAY_CAMERA]++;
 }
 
@@ -412,8 +514,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
                                bool (*go_on)(void *user, const wave_stats *stats), void *user) {
     block_cursor next = {x0, y0, x1, y1, x0, y0, 0, 0};
     for (block_cursor c = next; c.sample == 0; advance(&c))
-        w->streams[c.pixel] =
-            sample_stream(w->settings.seed, c.x, c.y, PATH_CODE_CAMERA, SAMPLE_PIXEL);
+        w->streams[c.pixel] = sample_pixel_stream(w->settings.seed, c.x, c.y);
     size_t size = w->settings.wave_size;
     film_block_clear(block);
     w->film = block;

@@ -14,6 +14,7 @@ bool light_sample_point(dvec3 position, dvec3 intensity, dvec3 p, light_sample *
     dvec3 to_light = dvec3_sub(position, p);
     double squared = dvec3_dot(to_light, to_light);
     if (!(squared > 0)) return false;
-    *out = (light_sample){to_light, false, dvec3_scale(intensity, 1 / squared)};
+    *out = (light_sample){
+        .to_light = to_light, .to_end = to_light, .light = dvec3_scale(intensity, 1 / squared)};
     return true;
 }

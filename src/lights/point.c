@@ -10,17 +10,32 @@
     F(T, power, COLOR, DEFAULT(0, 0, 0), NOT_NEGATIVE, "W", "instead of intensity: I = P / (4 pi)")
 DESCRIBE(point, POINT_FIELDS)
 
-static bool sample(const void *desc, dvec3 p, dvec3 eye, light_sample *out) {
-    (void)eye;
-    const point_desc *l = desc;
+static dvec3 intensity_of(const point_desc *l) {
     dvec3 power = dvec3_from(l->power);
-    dvec3 intensity =
-        dvec3_largest(power) > 0 ? dvec3_scale(power, 1 / (4 * PI)) : dvec3_from(l->intensity);
-    return light_sample_point(dvec3_from(l->position), intensity, p, out);
+    return dvec3_largest(power) > 0 ? dvec3_scale(power, 1 / (4 * PI)) : dvec3_from(l->intensity);
+}
+
+static bool sample(const light *l, dvec3 p, dvec3 eye, sample2 u, light_sample *out) {
+    (void)eye, (void)u;
+    const point_desc *desc = l->desc;
+    return light_sample_point(dvec3_from(desc->position), intensity_of(desc), p, out);
+}
+
+static dvec3 power(const light *l, double scene_radius) {
+    (void)scene_radius;
+    return dvec3_scale(intensity_of(l->desc), 4 * PI);
+}
+
+static void place(const light *l, dvec3 *position, dvec3 *axis, double *cos_spread) {
+    *position = dvec3_from(((const point_desc *)l->desc)->position);
+    *axis = (dvec3){0, 1, 0};
+    *cos_spread = -1;
 }
 
 const light_type light_point = {
     .info = TYPE_INFO(CATEGORY_LIGHT, point, "point", "shines from one point in every direction"),
     .sample = sample,
+    .power = power,
+    .place = place,
     .casts_shadow = true,
 };

@@ -4,6 +4,7 @@
 
 #include "materials/albedo.h"
 #include "maths/functions.h"
+#include "sampling/warp.h"
 
 /* Under this share of a bsdf a lobe is hardly ever chosen, and its rare samples are bright. */
 static const double SHARE_MIN = 0.02;
@@ -19,6 +20,7 @@ lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
 }
 
 static bool counts(const lobe *l, lobe_set set) {
+    if ((set & LOBES_NOT_MIRRORED) && (l->mirror_share >= 1 || l->type->transmits)) return false;
     return l->type->evaluate && (LOBE_BIT(l->type->class) & set);
 }
 
@@ -177,8 +179,7 @@ static double pdf_lambert(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3
 
 static bool sample_lambert(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sample2 u, dvec3 *wi) {
     (void)l, (void)b, (void)wo;
-    double r = sqrt(u.x), angle = 2 * PI * u.y;
-    *wi = dvec3_from_frame(n, (dvec3){r * fn_cos(angle), r * fn_sin(angle), sqrt(1 - u.x)});
+    *wi = dvec3_from_frame(n, warp_cosine_hemisphere(u));
     return dvec3_dot(n, *wi) > 0;
 }
 

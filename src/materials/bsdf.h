@@ -22,7 +22,8 @@ typedef unsigned lobe_set;
 #define LOBE_BIT(class) (1u << (class))
 enum {
     LOBES_DIFFUSE = LOBE_BIT(LOBE_DIFFUSE),
-    LOBES_LIT = LOBE_BIT(LOBE_DIFFUSE) | LOBE_BIT(LOBE_GLOSSY) /* all that are not delta */
+    LOBES_LIT = LOBE_BIT(LOBE_DIFFUSE) | LOBE_BIT(LOBE_GLOSSY), /* all that are not delta */
+    LOBES_NOT_MIRRORED = 1u << 16 /* with these: but those that whitted traces instead */
 };
 
 typedef struct lobe lobe;

@@ -40,6 +40,6 @@ void material_evaluate(const material *m, const material_point *point, bsdf *out
     out->ior1 = out->ior2 = 1;
     out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
     out->ambient = dvec3_from(common->ambient);
-    out->emission = material_emission(m, point);
+    out->emission = m->shines ? material_emission(m, point) : (dvec3){0, 0, 0};
     m->type->fill(m->desc, point, out);
 }

@@ -16,7 +16,12 @@
       "opacity: 0 lets rays pass as if nothing were there")                                        \
     F(T, alpha_cutoff, FLOAT, DEFAULT(0), RANGE(0, 2), "", "above 0: alpha below it is 0, else 1") \
     F(T, shadow, CHOICE, DEFAULT(0), CHOICES("filter|opaque|none"), "",                            \
-      "filter: glass and alpha let light through")
+      "filter: glass and alpha let light through")                                                 \
+    F(T, normal_map, TEXTURE, NO_DEFAULT, ANY, "",                                                 \
+      "tangent-space normals as colours, linear: red along u, green along v, blue out")            \
+    F(T, normal_scale, SCALAR, DEFAULT(1), ANY, "", "multiplies the slope of normal_map")          \
+    F(T, bump, SCALAR, DEFAULT(0), ANY, "m", "a height whose slopes bend the shading normal")      \
+    F(T, bump_scale, FLOAT, DEFAULT(1), ANY, "", "multiplies bump")
 
 enum { SHADOW_FILTER, SHADOW_OPAQUE, SHADOW_NONE };
 
@@ -88,6 +93,8 @@ struct material {
     bool opaque_alpha; /* alpha is 1 everywhere: shadow rays need not look */
     bool textured;     /* looks at u, v or the point */
     bool thin;         /* light may go straight through it or a part of it */
+    bool shines;       /* has emission somewhere */
+    bool bends;        /* has a normal map or bump: the shading normal is not the shape's */
 };
 
 /* The whole bsdf: common fields and lobes. */

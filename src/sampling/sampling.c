@@ -10,12 +10,13 @@ uint64_t path_code_child(uint64_t parent, uint32_t slot) {
     return hash_mix(parent + 0x9e3779b97f4a7c15u * (slot + 1u));
 }
 
-uint64_t sample_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y, uint64_t path_code,
-                       sample_purpose purpose) {
+uint64_t sample_pixel_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y) {
     uint64_t h = hash_mix(seed + 0x9e3779b97f4a7c15u);
-    h = hash_mix(h ^ ((uint64_t)pixel_y << 32 | pixel_x));
-    h = hash_mix(h + path_code);
-    return hash_mix(h + (uint64_t)purpose);
+    return hash_mix(h ^ ((uint64_t)pixel_y << 32 | pixel_x));
+}
+
+uint64_t sample_stream(uint64_t pixel_stream, uint64_t path_code, sample_purpose purpose) {
+    return hash_mix(hash_mix(pixel_stream + path_code) + (uint64_t)purpose);
 }
 
 static uint32_t reverse_bits(uint32_t x) {

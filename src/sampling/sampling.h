@@ -6,18 +6,30 @@
 #include <stdint.h>
 
 /* What a number is drawn for: streams of different purposes are independent. */
-typedef enum sample_purpose { SAMPLE_PIXEL = 1 } sample_purpose;
+typedef enum sample_purpose {
+    SAMPLE_PIXEL = 1,    /* the place in the pixel */
+    SAMPLE_LENS,         /* the place on the lens */
+    SAMPLE_TIME,         /* the moment between shutter open and close */
+    SAMPLE_LIGHT_CHOICE, /* which light */
+    SAMPLE_LIGHT,        /* the place on it */
+    SAMPLE_LOBE,         /* which part of a material */
+    SAMPLE_DIRECTION,    /* where it scatters to */
+    SAMPLE_ROULETTE,     /* does the path go on? */
+    SAMPLE_ALPHA         /* is there a surface, where it is there in part? */
+} sample_purpose;
 
 /* A bijective mix of 64 bits (the finaliser of SplitMix64: Steele, Lea, Flood, OOPSLA 2014). */
 uint64_t hash_mix(uint64_t x);
 
-/* A ray's path code: of the camera ray, and of the child in the given slot. */
+/* A ray's path code: of the camera ray, and of the child in the given slot. The sample's number is
+ * not in it: it is the index in the stream, so that what is drawn deep in a path is stratified over
+ * the samples of its pixel too. */
 #define PATH_CODE_CAMERA 1
 uint64_t path_code_child(uint64_t parent, uint32_t slot);
 
-/* One stream of sample points. */
-uint64_t sample_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y, uint64_t path_code,
-                       sample_purpose purpose);
+/* What all streams of one pixel share, computed once; and one stream of sample points. */
+uint64_t sample_pixel_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y);
+uint64_t sample_stream(uint64_t pixel_stream, uint64_t path_code, sample_purpose purpose);
 
 typedef struct sample2 {
     double x, y; /* [0, 1) */

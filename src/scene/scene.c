@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "geometry/surface.h"
+#include "scene/lights.h"
 #include "scene/settings.h"
 
 /* The grey Lambert of shapes without a material: its desc with every default. */
@@ -18,6 +19,7 @@ static bool is_textured(const scene *s, const object *o) {
         if ((f->kind == FIELD_INPUT || f->kind == FIELD_SCALAR) &&
             ((const snell_input *)at)->texture.index1)
             return true;
+        if (f->kind == FIELD_TEXTURE && ((const snell_texture_id *)at)->index1) return true;
         if (f->kind == FIELD_MATERIAL) {
             uint32_t base = ((const snell_material_id *)at)->index1;
             if (base && s->materials[base - 1].textured) return true;
@@ -50,39 +52,111 @@ static bool has_opaque_parts(const scene *s, const object *o) {
     return true;
 }
 
+static bool can_shine(const scene *s, const material *m) {
+    const material_common *common = m->desc;
+    return vec3_largest(common->emission.value) > 0 ||
+           (m->type->shines && m->type->shines(m->desc, s->materials));
+}
+
+/* The black material of a light's shape, which only shines. */
+static snell_status make_body_material(scene *s, light_body *body) {
+    const type_info *info = &material_lambert.info;
+    const snell_param black = {.name = "color", .kind = SNELL_PARAM_FLOAT, .value.f = 0};
+    body->material_desc = memory_zeroed(1, info->desc_size);
+    if (body->material_desc == NULL) return error_no_memory();
+    desc_init(info, body->material_desc);
+    snell_status status = desc_set(info, body->material_desc, &black);
+    material_common *common = body->material_desc;
+    common->ambient = (vec3){0, 0, 0};
+    common->emission.value = vec3_from(body->shape.radiance);
+    s->materials[s->material_count + s->body_count] =
+        (material){.type = &material_lambert,
+                   .desc = body->material_desc,
+                   .opaque_alpha = true,
+                   .shines = vec3_largest(common->emission.value) > 0};
+    return status;
+}
+
+/* Lights that are surfaces become shapes with a material; the others are made ready to be sampled. */
+static snell_status freeze_light_objects(scene *s, const object_list *lights) {
+    for (size_t i = 0; i < lights->count; i++) {
+        const object *o = &lights->items[i];
+        const light_type *type = (const light_type *)o->type;
+        snell_status status = SNELL_OK;
+        if (type->shape) {
+            light_body *body = &s->bodies[s->body_count];
+            status = type->shape(o->desc, &body->shape);
+            if (status) return status;
+            s->body_count++; /* from here on it is freed with the scene */
+            status = make_body_material(s, body);
+        } else {
+            light *l = &s->lights[s->light_count++];
+            *l = (light){type, o->desc, NULL, s->textures};
+            if (type->prepare) status = type->prepare(o->desc, s->textures, &l->state);
+        }
+        if (status) return status;
+    }
+    return SNELL_OK;
+}
+
+/* Without a texture the height is the same everywhere. */
+static bool bends(const material_common *m) {
+    return m->normal_map.index1 || m->bump.texture.index1;
+}
+
 static snell_status freeze_objects(scene *s, const description *d) {
     const object_list *textures = &d->objects[CATEGORY_TEXTURE];
     const object_list *materials = &d->objects[CATEGORY_MATERIAL];
     const object_list *lights = &d->objects[CATEGORY_LIGHT];
     s->textures = memory_zeroed(textures->count, sizeof *s->textures);
-    s->materials = memory_zeroed(materials->count + 1, sizeof *s->materials);
+    s->materials = memory_zeroed(materials->count + 1 + lights->count, sizeof *s->materials);
     s->lights = memory_zeroed(lights->count, sizeof *s->lights);
+    s->bodies = memory_zeroed(lights->count, sizeof *s->bodies);
     s->default_material = memory_zeroed(1, material_lambert.info.desc_size);
-    if (!s->textures || !s->materials || !s->lights || !s->default_material)
+    if (!s->textures || !s->materials || !s->lights || !s->bodies || !s->default_material)
         return error_no_memory();
     s->texture_count = (uint32_t)textures->count;
     s->material_count = (uint32_t)materials->count;
-    s->light_count = (uint32_t)lights->count;
     for (size_t i = 0; i < textures->count; i++) {
         const object *o = &textures->items[i];
-        s->textures[i] = (texture){(const texture_type *)o->type, o->desc};
+        s->textures[i] = texture_make((const texture_type *)o->type, o->desc);
+        s->needs_footprint |= texture_filters(&s->textures[i]);
     }
     for (size_t i = 0; i < materials->count; i++) {
         const object *o = &materials->items[i];
         const material_common *common = o->desc;
         bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1 &&
                       has_opaque_parts(s, o);
-        s->materials[i] = (material){(const material_type *)o->type, o->desc, opaque,
-                                     is_textured(s, o), is_thin(s, o)};
-    }
-    for (size_t i = 0; i < lights->count; i++) {
-        const object *o = &lights->items[i];
-        s->lights[i] = (light){(const light_type *)o->type, o->desc};
+        s->materials[i] = (material){.type = (const material_type *)o->type,
+                                     .desc = o->desc,
+                                     .opaque_alpha = opaque,
+                                     .textured = is_textured(s, o),
+                                     .thin = is_thin(s, o),
+                                     .bends = bends(common)};
+        s->materials[i].shines = can_shine(s, &s->materials[i]);
+        s->needs_footprint |= common->bump.texture.index1 != 0;
     }
     desc_init(&material_lambert.info, s->default_material);
     s->materials[materials->count] =
-        (material){&material_lambert, s->default_material, true, false, false};
+        (material){.type = &material_lambert, .desc = s->default_material, .opaque_alpha = true};
     return SNELL_OK;
+}
+
+typedef struct texture_job {
+    texture *textures;
+    _Atomic bool failed;
+} texture_job;
+
+static void prepare_texture(void *data, size_t index, uint32_t worker) {
+    texture_job *job = data;
+    (void)worker;
+    if (texture_prepare(&job->textures[index])) job->failed = true;
+}
+
+static snell_status prepare_textures(scene *s, thread_pool *pool) {
+    texture_job job = {.textures = s->textures};
+    thread_pool_run(pool, s->texture_count, prepare_texture, &job);
+    return job.failed ? error_no_memory() : SNELL_OK;
 }
 
 static void freeze_settings(scene *s, const description *d) {
@@ -175,13 +249,35 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
     return SNELL_OK;
 }
 
+/* The shapes of lights stand behind all others. */
+static void freeze_bodies(scene *s, uint32_t shape_count, accel_geometry *geometries,
+                          accel_instance *instances) {
+    for (uint32_t i = 0; i < s->body_count; i++) {
+        const light_shape *shape = &s->bodies[i].shape;
+        uint32_t index = s->instance_count++;
+        geometries[shape_count + i] = (accel_geometry){shape->type, shape->desc};
+        s->instances[index] = (scene_instance){.type = shape->type,
+                                               .shape = shape->desc,
+                                               .shape_index = NO_ID,
+                                               .material = s->material_count + 1 + i,
+                                               .identity = true,
+                                               .to_world = transform_identity(),
+                                               .to_local = transform_identity()};
+        s->instance_ids[index] = NO_ID;
+        instances[index] =
+            (accel_instance){shape_count + i, shape->visible ? MASK_LIGHT : MASK_LIGHT_HIDDEN, true,
+                             transform_identity(), transform_identity()};
+    }
+}
+
 static snell_status freeze_geometry(scene *s, const description *d, const scene_options *options,
                                     thread_pool *pool) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    accel_geometry *geometries = memory_zeroed(shapes->count, sizeof *geometries);
-    accel_instance *instances = memory_zeroed(d->instance_count, sizeof *instances);
-    s->instances = memory_zeroed(d->instance_count, sizeof *s->instances);
-    s->instance_ids = memory_zeroed(d->instance_count, sizeof *s->instance_ids);
+    size_t most = d->instance_count + s->body_count;
+    accel_geometry *geometries = memory_zeroed(shapes->count + s->body_count, sizeof *geometries);
+    accel_instance *instances = memory_zeroed(most, sizeof *instances);
+    s->instances = memory_zeroed(most, sizeof *s->instances);
+    s->instance_ids = memory_zeroed(most, sizeof *s->instance_ids);
     snell_status status = SNELL_OK;
     if (!geometries || !instances || !s->instances || !s->instance_ids) status = error_no_memory();
     if (!status) status = freeze_instances(s, d, instances);
@@ -189,10 +285,13 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
         for (size_t i = 0; i < shapes->count; i++)
             geometries[i] = (accel_geometry){(const primitive_type *)shapes->items[i].type,
                                              shapes->items[i].desc};
-        accel_input input = {geometries, shapes->count, instances, s->instance_count};
+        freeze_bodies(s, (uint32_t)shapes->count, geometries, instances);
+        accel_input input = {geometries, shapes->count + s->body_count, instances,
+                             s->instance_count};
         status = accel_build(&input, &options->accel, pool, &s->accel);
     }
     if (!status) s->bounds = accel_bounds(s->accel);
+    if (!status) status = scene_freeze_lights(s);
     free(geometries);
     free(instances);
     return status;
@@ -203,6 +302,8 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
     scene *s = memory_zeroed(1, sizeof *s);
     if (s == NULL) return error_no_memory();
     snell_status status = freeze_objects(s, d);
+    if (!status) status = prepare_textures(s, pool);
+    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT]);
     if (!status) freeze_settings(s, d);
     if (!status) status = freeze_geometry(s, d, options, pool);
     if (status)
@@ -215,6 +316,15 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
 void scene_destroy(scene *s) {
     if (s == NULL) return;
     accel_destroy(s->accel);
+    scene_free_lights(s);
+    for (uint32_t i = 0; i < s->light_count; i++)
+        if (s->lights[i].type->release) s->lights[i].type->release(s->lights[i].state);
+    for (uint32_t i = 0; i < s->body_count; i++) {
+        desc_free(&s->bodies[i].shape.type->info, s->bodies[i].shape.desc);
+        desc_free(&material_lambert.info, s->bodies[i].material_desc);
+    }
+    free(s->bodies);
+    for (uint32_t i = 0; s->textures && i < s->texture_count; i++) texture_destroy(&s->textures[i]);
     free(s->textures);
     free(s->materials);
     free(s->default_material);
@@ -222,6 +332,15 @@ void scene_destroy(scene *s) {
     free(s->instances);
     free(s->instance_ids);
     free(s);
+}
+
+size_t scene_texture_memory(const scene *s) {
+    size_t bytes = 0;
+    for (uint32_t i = 0; i < s->texture_count; i++) {
+        const texture *t = &s->textures[i];
+        if (t->state) bytes += t->type->state_size(t->state);
+    }
+    return bytes;
 }
 
 dvec3 scene_background(const scene *s, dvec3 direction) {
@@ -235,9 +354,18 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     local_ray beam = local_ray_make(r, &at->to_local, at->identity);
     surface here;
     at->type->surface(at->shape, &beam, h, &here);
+    dvec3 wo = dvec3_normalize(dvec3_negate(dvec3_from(r->d)));
+    scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
+}
+
+void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
+                         dvec3 wo, shade_point *out) {
+    (void)time;
+    const scene_instance *at = &s->instances[id];
     if (at->type->parametrise && s->materials[at->material].textured)
-        at->type->parametrise(at->shape, &here);
-    dvec3 local = here.p, local_n = here.n;
+        at->type->parametrise(at->shape, on);
+    surface here = *on;
+    dvec3 local = here.p, local_n = here.n, local_u = here.dpdu, local_v = here.dpdv;
     if (!at->identity) surface_to_world(&here, &at->to_world, &at->to_local);
     uint32_t index = at->material;
     bool has_uv = true;
@@ -246,25 +374,32 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
         if (mesh->material_slots_count) index = mesh->materials[here.material_slot].index1 - 1;
         has_uv = mesh->uvs_count != 0;
     }
-    dvec3 wo = dvec3_normalize(dvec3_negate(dvec3_from(r->d)));
     bool outside = dvec3_dot(here.n, wo) >= 0;
-    *out =
-        (shade_point){.p = here.p,
-                      .wo = wo,
-                      .n = outside ? here.n : dvec3_negate(here.n),
-                      .ns = outside ? here.ns : dvec3_negate(here.ns),
-                      .outside = outside,
-                      .clearance = here.error,
-                      .instance = h->instance,
-                      .primitive = h->primitive,
-                      .flat = at->type->flat,
-                      .material = &s->materials[index],
-                      .at = {.at = {here.u, here.v, has_uv && !at->type->unbounded, local, local_n},
-                             .tint = here.tint,
-                             .alpha = here.alpha,
-                             .outside = outside,
-                             .textures = s->textures,
-                             .materials = s->materials}};
+    *out = (shade_point){.p = here.p,
+                         .wo = wo,
+                         .n = outside ? here.n : dvec3_negate(here.n),
+                         .ns = outside ? here.ns : dvec3_negate(here.ns),
+                         .outside = outside,
+                         .clearance = here.error,
+                         .instance = id,
+                         .primitive = primitive,
+                         .flat = at->type->flat,
+                         .material = &s->materials[index],
+                         .dpdu = here.dpdu,
+                         .dpdv = here.dpdv,
+                         .curvature = here.curvature,
+                         .at = {.at = {.u = here.u,
+                                       .v = here.v,
+                                       .has_uv = has_uv && !at->type->unbounded,
+                                       .local = local,
+                                       .n = local_n,
+                                       .dpdu = local_u,
+                                       .dpdv = local_v},
+                                .tint = here.tint,
+                                .alpha = here.alpha,
+                                .outside = outside,
+                                .textures = s->textures,
+                                .materials = s->materials}};
     /* A shading normal that faces away from the eye would reflect through the surface. */
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }

@@ -9,7 +9,7 @@
 
 /* Fields below their range's first useful value mean "not said": 0, or -1 where 0 is meaningful. */
 #define RENDER_FIELDS(F, T)                                                                        \
-    F(T, integrator, CHOICE, DEFAULT(0), CHOICES("default|appel|whitted"), "",                     \
+    F(T, integrator, CHOICE, DEFAULT(0), CHOICES("default|appel|whitted|cook|path"), "",           \
       "how light is followed")                                                                     \
     F(T, width, INT, DEFAULT(0), RANGE(0, 65536), "pixels", "0: 800")                              \
     F(T, height, INT, DEFAULT(0), RANGE(0, 65536), "pixels", "0: 600")                             \

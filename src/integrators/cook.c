@@ -1,0 +1,45 @@
+/* Cook, Porter, Carpenter 1984, Distributed Ray Tracing: Whitted's tree, but every ray is drawn from
+ * a distribution: over the pixel, the lens, the shutter, the light's area and the gloss of a
+ * reflection. Antialiasing, depth of field, motion blur, soft shadows and blurred reflections are
+ * then one integral, and the samples of a pixel share it.
+ *
+ * A microfacet lobe is traced and meets lights by itself, except those of a point or a direction,
+ * which no ray could hit. Lambert and Phong lobes are lit by one point drawn on each light. */
+#include "integrators/follow.h"
+
+/* One ray for the whole lobe. */
+static void follow_gloss(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                         const lobe *l, uint32_t slot) {
+    dvec3 wi;
+    sample2 u = wave_draw_child(w, r, slot, SAMPLE_DIRECTION);
+    if (!l->type->sample(l, b, p->ns, p->wo, u, &wi)) return;
+    double cosine = dvec3_dot(p->ns, wi), pdf = l->type->pdf(l, b, p->ns, p->wo, wi);
+    if (!(cosine * dvec3_dot(p->n, wi) > 0) || !(pdf > 0)) return;
+    dvec3 f = l->type->evaluate(l, b, p->ns, p->wo, wi);
+    double passing = lobe_passing(l, b, dvec3_dot(p->ns, p->wo), cosine);
+    emit_ray(w, r, p, wi, dvec3_scale(f, passing * fabs(cosine) / pdf),
+             cosine < 0 ? wave_beyond(w) : &r->media, slot,
+             cosine < 0 ? RAY_REFRACTED : RAY_REFLECTED);
+}
+
+static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
+    emit_own_light(w, r, b);
+    emit_direct_light(w, r, p, b, LOBES_LIT, LIGHT_AREAS);
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *l = &b->lobes[i];
+        uint32_t slot = 2 * (uint32_t)i;
+        if (l->type->class == LOBE_MIRROR) follow_mirror(w, r, p, b, l, 1, slot);
+        if (l->type->class == LOBE_INTERFACE) follow_interface(w, r, p, b, l, slot);
+        if (l->type->class == LOBE_GLOSSY) follow_gloss(w, r, p, b, l, slot);
+    }
+}
+
+const integrator integrator_cook = {
+    .name = "cook",
+    .help = "soft shadows, gloss, depth of field, motion blur (1984)",
+    .samples = 64,
+    .max_depth = 10,
+    .max_depth_media = 24,
+    .hit = hit_surface,
+    .miss = emit_background,
+};

@@ -1,0 +1,43 @@
+#include "integrators/follow.h"
+
+#include "integrators/differential.h"
+
+dvec3 mirror_direction(const shade_point *p) {
+    dvec3 d = reflect_direction(p->wo, p->ns);
+    double height = dvec3_dot(d, p->n);
+    return height > 0 ? d : dvec3_normalize(dvec3_sub(d, dvec3_scale(p->n, 2 * height)));
+}
+
+void follow_mirror(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, const lobe *l,
+                   double share, uint32_t slot) {
+    dvec3 weight = lobe_mirrored(l, b, dvec3_dot(p->wo, p->ns));
+    if (share < 1) weight = dvec3_scale(weight, share);
+    path_ray *child =
+        emit_ray(w, r, p, mirror_direction(p), weight, &r->media, slot, RAY_REFLECTED);
+    differential_of_mirror(r, p, child);
+}
+
+/* The refracted direction; about the geometric normal where the shading normal's would stay above. */
+static bool refracted_direction(const shade_point *p, const lobe *l, double eta, dvec3 *d) {
+    *d = dvec3_negate(p->wo);
+    if (l->type->thin) return true;
+    if (!refract_direction(p->wo, p->ns, eta, d)) return false;
+    return dvec3_dot(*d, p->n) < 0 || refract_direction(p->wo, p->n, eta, d);
+}
+
+void follow_interface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                      const lobe *l, uint32_t slot) {
+    double cosine = dvec3_dot(p->wo, p->ns), passing = lobe_passing(l, b, cosine, -cosine);
+    double reflected = l->type->thin ? fresnel_evaluate(&l->fresnel, cosine).x
+                                     : fresnel_dielectric(cosine, b->ior1, b->ior2);
+    path_ray *child =
+        emit_ray(w, r, p, mirror_direction(p), dvec3_scale(l->reflected, passing * reflected),
+                 &r->media, slot, RAY_REFLECTED);
+    differential_of_mirror(r, p, child);
+    double eta = l->type->thin ? 1 : b->ior1 / b->ior2;
+    dvec3 d;
+    if (!refracted_direction(p, l, eta, &d)) return;
+    child = emit_ray(w, r, p, d, dvec3_scale(l->weight, passing * (1 - reflected)), wave_beyond(w),
+                     slot + 1, RAY_REFRACTED);
+    differential_of_interface(r, p, eta, child);
+}

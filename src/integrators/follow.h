@@ -1,0 +1,17 @@
+/* The rays that `whitted` and `cook` both follow: delta lobes, and the directions that shading
+ * normals would send to the wrong side. */
+#ifndef SNELL_INTEGRATORS_FOLLOW_H
+#define SNELL_INTEGRATORS_FOLLOW_H
+
+#include "integrators/integrator.h"
+
+/* A reflection about a shading normal that would go below the surface is bent back above it. */
+dvec3 mirror_direction(const shade_point *p);
+/* share: the fraction of weight * Fresnel that the mirror ray carries. */
+void follow_mirror(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, const lobe *l,
+                   double share, uint32_t slot);
+/* Both branches of the tree, by Snell and Fresnel; they take the slots `slot` and slot + 1. */
+void follow_interface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                      const lobe *l, uint32_t slot);
+
+#endif

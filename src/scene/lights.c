@@ -1,0 +1,377 @@
+#include "scene/lights.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "geometry/mesh.h"
+#include "maths/functions.h"
+
+/* A mesh light of many triangles is represented by so many points where it has one shadow ray each. */
+enum { CENTERS_MAX = 32 };
+
+/* ---- finding what shines ---- */
+
+static const material *emitter_material(const scene *s, const scene_instance *at,
+                                        uint32_t primitive) {
+    if (at->type->intersect != NULL) return &s->materials[at->material];
+    const mesh_desc *mesh = at->shape;
+    if (mesh->material_slots_count == 0) return &s->materials[at->material];
+    return &s->materials[mesh->materials[mesh->material_slots[primitive]].index1 - 1];
+}
+
+static uint32_t primitive_count(const scene_instance *at) {
+    return at->type->intersect ? 1 : (uint32_t)mesh_triangle_count(at->shape);
+}
+
+/* Does to_world keep angles: are its columns orthogonal and of one length? */
+static bool keeps_angles(const transform *m) {
+    dvec3 c[3];
+    for (int i = 0; i < 3; i++)
+        c[i] = (dvec3){(double)m->m[0][i], (double)m->m[1][i], (double)m->m[2][i]};
+    double size = dvec3_dot(c[0], c[0]), slack = 1e-6 * size;
+    return fabs(dvec3_dot(c[1], c[1]) - size) <= slack &&
+           fabs(dvec3_dot(c[2], c[2]) - size) <= slack && fabs(dvec3_dot(c[0], c[1])) <= slack &&
+           fabs(dvec3_dot(c[1], c[2])) <= slack && fabs(dvec3_dot(c[2], c[0])) <= slack;
+}
+
+static snell_status find_emitters(scene *s) {
+    size_t capacity = 0, count = 0;
+    for (uint32_t i = 0; i < s->instance_count; i++) {
+        scene_instance *at = &s->instances[i];
+        at->similar = keeps_angles(&at->to_world);
+        at->first_emitter = (uint32_t)count;
+        if (at->type->area == NULL) continue;
+        uint32_t primitives = primitive_count(at);
+        for (uint32_t k = 0; k < primitives; k++) {
+            if (!emitter_material(s, at, k)->shines) continue;
+            double area = at->type->area(at->shape, k);
+            if (!(area > 0)) continue;
+            if (count >= UINT32_MAX - s->light_count)
+                return error_set(SNELL_ERR_ARGUMENT, NULL, "too many triangles shine");
+            if (!ARRAY_GROW(s->emitters, count, capacity, 1)) return error_no_memory();
+            s->emitters[count++] = (emitter){i, k, area, 0};
+        }
+        at->emitter_count = (uint32_t)count - at->first_emitter;
+        if (at->emitter_count) s->surface_light_count++;
+    }
+    s->emitter_count = (uint32_t)count;
+    s->surface_lights = memory_resize(NULL, s->surface_light_count, sizeof *s->surface_lights);
+    if (s->surface_lights == NULL) return error_no_memory();
+    uint32_t found = 0;
+    for (uint32_t i = 0; i < s->instance_count; i++)
+        if (s->instances[i].emitter_count) s->surface_lights[found++] = i;
+    return SNELL_OK;
+}
+
+/* ---- points on emitters ---- */
+
+/* How much larger an area of the unit normal n (own space) is in the world. */
+static double area_scale(const scene_instance *at, dvec3 n) {
+    if (at->identity) return 1;
+    return fabs(transform_determinant(&at->to_world)) *
+           dvec3_length(transform_normal(&at->to_local, n));
+}
+
+/* The radiance that leaves a point of an emitter towards `wo`, as much of it as is there. */
+static dvec3 radiance_at(const shade_point *p) {
+    const material *m = p->material;
+    dvec3 radiance = material_emission(m, &p->at);
+    bool solid = m->opaque_alpha && p->at.alpha == 1;
+    return solid ? radiance : dvec3_scale(radiance, material_alpha(m, &p->at));
+}
+
+/* Brightness and place of an emitter, from its middle and three points about it. */
+static light_bounds bound_emitter(const scene *s, const emitter *e) {
+    static const sample2 places[4] = {{0.5, 0.5}, {0.2, 0.3}, {0.8, 0.4}, {0.4, 0.85}};
+    const scene_instance *at = &s->instances[e->instance];
+    const material_common *common = emitter_material(s, at, e->primitive)->desc;
+    light_bounds b = {.low = {INFINITY, INFINITY, INFINITY},
+                      .high = {-INFINITY, -INFINITY, -INFINITY},
+                      .cos_spread = at->type->flat ? 1 : -1,
+                      .cos_emission = 0,
+                      .two_sided = common->emit_two_sided};
+    double luminance = 0, scale = 0;
+    for (int i = 0; i < 4; i++) {
+        surface on;
+        shade_point p;
+        at->type->sample_area(at->shape, e->primitive, places[i].x, places[i].y, &on);
+        scale += area_scale(at, on.n) / 4;
+        scene_surface_point(s, e->instance, e->primitive, 0, &on, (dvec3){0, 0, 0}, &p);
+        p.at.outside = true;
+        luminance += LUMINANCE(radiance_at(&p)) / 4;
+        b.axis = p.n;
+    }
+    bounds3 box;
+    if (at->type->intersect)
+        box = at->type->bounds(at->shape);
+    else
+        box = mesh_triangle_bounds(at->shape, e->primitive);
+    if (!at->identity) box = transform_bounds(&at->to_world, box);
+    b.low = dvec3_from(box.min);
+    b.high = dvec3_from(box.max);
+    b.power = PI * luminance * e->area * scale * (b.two_sided ? 2 : 1);
+    return b;
+}
+
+static light_bounds bound_light(const scene *s, const light *l) {
+    (void)s;
+    light_bounds b = {.cos_emission = -1, .cos_spread = 1};
+    double spread;
+    l->type->place(l, &b.low, &b.axis, &spread);
+    b.high = b.low;
+    dvec3 power = l->type->power(l, 0);
+    b.power = LUMINANCE(power);
+    /* Within its cone a spot is as bright as a point light: no cosine falls on its way. */
+    b.cos_spread = spread;
+    b.cos_emission = spread > -1 ? 0 : -1;
+    return b;
+}
+
+/* Sums of a mesh's emitters, by power; what seems black may only be so at the points looked at. */
+static void sum_weights(scene *s, const light_bounds *bounds) {
+    for (uint32_t i = 0; i < s->surface_light_count; i++) {
+        const scene_instance *at = &s->instances[s->surface_lights[i]];
+        emitter *e = s->emitters + at->first_emitter;
+        double power = 0, area = 0, sum = 0;
+        for (uint32_t k = 0; k < at->emitter_count; k++) {
+            power += bounds[at->first_emitter + k].power;
+            area += e[k].area;
+        }
+        double floor = power > 0 ? 0.02 * power / area : 1;
+        double total = power + floor * area;
+        for (uint32_t k = 0; k < at->emitter_count; k++) {
+            sum += (bounds[at->first_emitter + k].power + floor * e[k].area) / total;
+            e[k].sum = sum;
+        }
+        e[at->emitter_count - 1].sum = 1;
+    }
+}
+
+static snell_status build_choice(scene *s) {
+    s->placed = memory_resize(NULL, s->light_count, sizeof *s->placed);
+    s->nowhere = memory_resize(NULL, s->light_count, sizeof *s->nowhere);
+    size_t most = (size_t)s->light_count + s->emitter_count;
+    light_bounds *bounds = memory_resize(NULL, most, sizeof *bounds);
+    if (!s->placed || !s->nowhere || !bounds) {
+        free(bounds);
+        return error_no_memory();
+    }
+    for (uint32_t i = 0; i < s->light_count; i++) {
+        if (s->lights[i].type->place == NULL) {
+            s->nowhere[s->nowhere_count++] = i;
+        } else {
+            bounds[s->placed_count] = bound_light(s, &s->lights[i]);
+            s->placed[s->placed_count++] = i;
+        }
+    }
+    light_bounds *of_emitters = bounds + s->placed_count;
+    for (uint32_t i = 0; i < s->emitter_count; i++)
+        of_emitters[i] = bound_emitter(s, &s->emitters[i]);
+    sum_weights(s, of_emitters);
+    snell_status status = light_tree_build(bounds, s->placed_count + s->emitter_count, &s->tree);
+    free(bounds);
+    return status;
+}
+
+snell_status scene_freeze_lights(scene *s) {
+    snell_status status = find_emitters(s);
+    return status ? status : build_choice(s);
+}
+
+void scene_free_lights(scene *s) {
+    light_tree_destroy(s->tree);
+    free(s->emitters);
+    free(s->surface_lights);
+    free(s->placed);
+    free(s->nowhere);
+}
+
+/* ---- sampling ---- */
+
+/* The shadow ray ends before the surface that shines, by more than its rounding: its direction is
+ * rounded to floats, 2^-24 of its length, and so is its origin. */
+static dvec3 shadow_end(const shade_point *end, dvec3 p, dvec3 to_light) {
+    double size = dvec3_length(to_light) + fabs(p.x) + fabs(p.y) + fabs(p.z);
+    return dvec3_add(to_light, dvec3_scale(end->n, end->clearance + 0x1p-20 * size));
+}
+
+static bool sample_emitter(const scene *s, const emitter *e, dvec3 p, float time, sample2 u,
+                           light_sample *out) {
+    const scene_instance *at = &s->instances[e->instance];
+    dvec3 from = at->identity ? p : transform_point(&at->to_local, p);
+    surface on;
+    double pdf = 0;
+    bool by_angle = at->similar && at->type->sample_toward &&
+                    at->type->sample_toward(at->shape, from, u.x, u.y, &on, &pdf);
+    if (!by_angle) at->type->sample_area(at->shape, e->primitive, u.x, u.y, &on);
+    dvec3 local_n = on.n;
+    shade_point shine;
+    scene_surface_point(s, e->instance, e->primitive, time, &on, (dvec3){0, 0, 0}, &shine);
+    dvec3 to_light = dvec3_sub(shine.p, p);
+    double distance2 = dvec3_dot(to_light, to_light);
+    double cosine = -dvec3_dot(shine.n, to_light) / sqrt(distance2);
+    shine.at.outside = cosine > 0;
+    if (cosine < 0) shine.n = dvec3_negate(shine.n);
+    if (!by_angle) pdf = distance2 / (fabs(cosine) * e->area * area_scale(at, local_n));
+    if (!(distance2 > 0) || !(pdf > 0) || !isfinite(pdf)) return false;
+    *out = (light_sample){.to_light = to_light,
+                          .to_end = shadow_end(&shine, p, to_light),
+                          .light = radiance_at(&shine),
+                          .pdf = pdf};
+    return dvec3_largest(out->light) > 0;
+}
+
+/* The density with which sample_emitter draws the direction of a point of the emitter. */
+static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const shade_point *on) {
+    const scene_instance *at = &s->instances[e->instance];
+    dvec3 to_light = dvec3_sub(on->p, from);
+    double distance2 = dvec3_dot(to_light, to_light);
+    if (!(distance2 > 0)) return 0;
+    if (at->similar && at->type->pdf_toward) {
+        dvec3 o = at->identity ? from : transform_point(&at->to_local, from);
+        dvec3 d = at->identity ? to_light : transform_vector(&at->to_local, to_light);
+        double pdf = at->type->pdf_toward(at->shape, o, dvec3_normalize(d));
+        if (pdf > 0) return pdf;
+    }
+    /* n in the shape's own space, for the scale: the inverse of what surface_to_world did. */
+    double scale = 1;
+    if (!at->identity)
+        scale = area_scale(at, dvec3_normalize(transform_normal(&at->to_world, on->n)));
+    double cosine = fabs(dvec3_dot(on->n, to_light)) / sqrt(distance2);
+    return distance2 / (cosine * e->area * scale);
+}
+
+uint32_t scene_light_count(const scene *s) { return s->light_count + s->surface_light_count; }
+
+const light_type *scene_light_type(const scene *s, uint32_t index) {
+    return index < s->light_count ? s->lights[index].type : NULL;
+}
+
+static const scene_instance *surface_light(const scene *s, uint32_t index) {
+    return &s->instances[s->surface_lights[index - s->light_count]];
+}
+
+/* The emitter in whose interval u falls; u becomes its place in there. */
+static uint32_t pick_emitter(const scene *s, const scene_instance *at, double *u, double *chance) {
+    const emitter *e = s->emitters + at->first_emitter;
+    uint32_t low = 0, high = at->emitter_count - 1; /* the first whose sum is over u */
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (e[middle].sum > *u)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    double before = low > 0 ? e[low - 1].sum : 0;
+    *chance = e[low].sum - before;
+    *u = (*u - before) / *chance;
+    if (!(*u < 1)) *u = 0x1.fffffffffffffp-1;
+    return at->first_emitter + low;
+}
+
+bool scene_sample_light(const scene *s, uint32_t index, dvec3 p, dvec3 eye, float time, sample2 u,
+                        light_sample *out) {
+    if (index < s->light_count)
+        return s->lights[index].type->sample(&s->lights[index], p, eye, u, out);
+    double chance;
+    uint32_t e = pick_emitter(s, surface_light(s, index), &u.x, &chance);
+    if (!sample_emitter(s, &s->emitters[e], p, time, u, out)) return false;
+    out->pdf *= chance;
+    return true;
+}
+
+uint32_t scene_light_center_count(const scene *s, uint32_t index) {
+    if (index < s->light_count) return 1;
+    uint32_t count = surface_light(s, index)->emitter_count;
+    return count < CENTERS_MAX ? count : CENTERS_MAX;
+}
+
+bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3 p, dvec3 eye,
+                               float time, light_sample *out) {
+    const sample2 middle = {0.5, 0.5};
+    if (index < s->light_count) return scene_sample_light(s, index, p, eye, time, middle, out);
+    const scene_instance *at = surface_light(s, index);
+    uint32_t count = scene_light_center_count(s, index), e = at->first_emitter + k;
+    double chance = 1.0 / count; /* few: each is its own representative */
+    if (at->emitter_count > CENTERS_MAX) {
+        double u = (k + 0.5) / count;
+        e = pick_emitter(s, at, &u, &chance);
+    }
+    if (!sample_emitter(s, &s->emitters[e], p, time, middle, out)) return false;
+    out->pdf *= chance;
+    return true;
+}
+
+/* ---- choosing one ---- */
+
+/* Each light that is nowhere, and the tree as a whole, have the same chance. */
+static double chance_of_each(const scene *s) {
+    return 1.0 / (s->nowhere_count + (s->placed_count + s->emitter_count > 0));
+}
+
+bool scene_choose_source(const scene *s, dvec3 p, dvec3 n, double u, uint32_t *source,
+                         double *chance) {
+    bool has_tree = s->placed_count + s->emitter_count > 0;
+    uint32_t count = s->nowhere_count + has_tree;
+    if (count == 0) return false;
+    double scaled = u * count;
+    uint32_t which = (uint32_t)scaled;
+    if (which >= count) which = count - 1;
+    if (which < s->nowhere_count) {
+        *source = s->nowhere[which];
+        *chance = chance_of_each(s);
+        return true;
+    }
+    uint32_t index;
+    double within = double_min(scaled - which, 0x1.fffffffffffffp-1);
+    if (!light_tree_sample(s->tree, p, n, within, &index, chance)) return false;
+    *chance *= chance_of_each(s);
+    *source =
+        index < s->placed_count ? s->placed[index] : s->light_count + (index - s->placed_count);
+    return true;
+}
+
+bool scene_sample_source(const scene *s, uint32_t source, dvec3 p, dvec3 eye, float time, sample2 u,
+                         light_sample *out) {
+    if (source < s->light_count)
+        return s->lights[source].type->sample(&s->lights[source], p, eye, u, out);
+    return sample_emitter(s, &s->emitters[source - s->light_count], p, time, u, out);
+}
+
+bool scene_source_casts_shadow(const scene *s, uint32_t source) {
+    return source >= s->light_count || s->lights[source].type->casts_shadow;
+}
+
+/* The emitter that a hit lies on, or NO_ID: emitters are in the order of their primitives. */
+static uint32_t find_emitter(const scene *s, uint32_t id, uint32_t primitive) {
+    const scene_instance *at = &s->instances[id];
+    uint32_t low = at->first_emitter, high = low + at->emitter_count;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (s->emitters[middle].primitive < primitive)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    bool found =
+        low < at->first_emitter + at->emitter_count && s->emitters[low].primitive == primitive;
+    return found ? low : NO_ID;
+}
+
+double scene_hit_pdf(const scene *s, dvec3 from, dvec3 n, const shade_point *on, float time) {
+    (void)time;
+    uint32_t e = find_emitter(s, on->instance, on->primitive);
+    if (e == NO_ID) return 0;
+    double chance = light_tree_chance(s->tree, from, n, s->placed_count + e);
+    return chance > 0 ? chance * chance_of_each(s) * emitter_pdf(s, &s->emitters[e], from, on) : 0;
+}
+
+double scene_miss_pdf(const scene *s, uint32_t index, dvec3 d) {
+    return chance_of_each(s) * s->lights[index].type->pdf(&s->lights[index], d);
+}
+
+bool scene_light_is_seen(const scene *s, uint32_t index, bool camera_ray) {
+    const light *l = &s->lights[index];
+    if (l->type->radiance == NULL) return false;
+    return !camera_ray || l->type->is_visible == NULL || l->type->is_visible(l->desc);
+}

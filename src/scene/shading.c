@@ -1,0 +1,144 @@
+/* What textures need to know of a hit beyond the point, and what they do to its normal. */
+#include "scene/scene.h"
+
+/* ---- the footprint ---- */
+
+/* Where the neighbour's ray meets the tangent plane (Igehy 1999, equations 10 to 12). */
+static dvec3 transferred(const ray *r, vec3 origin, vec3 direction, double t, dvec3 n) {
+    dvec3 d = dvec3_from(r->d),
+          moved = dvec3_add(dvec3_from(origin), dvec3_scale(dvec3_from(direction), t));
+    return dvec3_sub(moved, dvec3_scale(d, dvec3_dot(moved, n) / dvec3_dot(d, n)));
+}
+
+/* The shading normal's change for a step on the surface, given in local space. It is N / |N| with
+ * N = to_local^T n of the local normal n; 1 / |N| is the length of to_world^T ns. */
+static dvec3 normal_change(const scene_instance *at, const hit *h, const shade_point *p,
+                           dvec3 step) {
+    dvec3 change =
+        at->type->bend ? at->type->bend(at->shape, h, step) : dvec3_scale(step, p->curvature);
+    if (!at->identity)
+        change = dvec3_scale(transform_normal(&at->to_local, change),
+                             dvec3_length(transform_normal(&at->to_world, p->ns)));
+    change = dvec3_sub(change, dvec3_scale(p->ns, dvec3_dot(p->ns, change)));
+    return p->outside ? change : dvec3_negate(change);
+}
+
+static bool is_tame(dvec3 v) { return dvec3_dot(v, v) < 1e30; } /* false for NaN too */
+
+void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d, const hit *h,
+                         shade_point *p) {
+    const scene_instance *at = &s->instances[h->instance];
+    double t = h->t;
+    dvec3 dx = transferred(r, d->dox, d->ddx, t, p->n),
+          dy = transferred(r, d->doy, d->ddy, t, p->n);
+    /* A ray along the surface meets its tangent plane nowhere. */
+    if (!is_tame(dx) || !is_tame(dy)) return;
+    texture_point *place = &p->at.at;
+    place->dpdx = at->identity ? dx : transform_vector(&at->to_local, dx);
+    place->dpdy = at->identity ? dy : transform_vector(&at->to_local, dy);
+    if (!is_tame(place->dpdx) || !is_tame(place->dpdy)) return;
+    texture_uv_change(place->dpdu, place->dpdv, place->dpdx, &place->dudx, &place->dvdx);
+    texture_uv_change(place->dpdu, place->dpdv, place->dpdy, &place->dudy, &place->dvdy);
+    p->dpdx = dx;
+    p->dpdy = dy;
+    p->dndx = normal_change(at, h, p, place->dpdx);
+    p->dndy = normal_change(at, h, p, place->dpdy);
+    p->has_footprint = true;
+}
+
+/* ---- normal maps and bump ---- */
+
+/* A component of a normal from a colour: 2 c - 1, but the bytes 127 and 128 both mean 0, since
+ * neither is the middle; else every flat map would tilt by 0.2 degrees. */
+static double signed_component(double c) {
+    const double dead = 0.00393; /* a little over 1/255 */
+    double value = 2 * c - 1, size = fabs(value);
+    if (!(size > dead)) return 0;
+    return (value < 0 ? dead - size : size - dead) / (1 - dead);
+}
+
+/* Right-handed or not as u and v are, so that green is up on mirrored uvs too. false: u has no
+ * direction. */
+static bool tangent_frame(const scene_instance *at, const texture *map, const shade_point *p,
+                          dvec3 n, dvec3 *t, dvec3 *b) {
+    dvec3 u, v;
+    texture_axes(map->map, &p->at.at, &u, &v);
+    u = transform_vector(&at->to_world, u);
+    v = transform_vector(&at->to_world, v);
+    dvec3 along = dvec3_sub(u, dvec3_scale(n, dvec3_dot(n, u)));
+    if (!(dvec3_length(along) > 1e-6 * dvec3_length(u))) return false;
+    *t = dvec3_normalize(along);
+    *b = dvec3_cross(n, *t);
+    if (dvec3_dot(*b, v) < 0) *b = dvec3_negate(*b);
+    return true;
+}
+
+static dvec3 mapped_normal(const scene_instance *at, const material_common *m, const shade_point *p,
+                           dvec3 n) {
+    const texture *textures = p->at.textures;
+    dvec3 color = texture_look_up(m->normal_map, textures, &p->at.at).color;
+    double scale = input_scalar(&m->normal_scale, textures, &p->at.at);
+    double x = scale * signed_component(color.x), y = scale * signed_component(color.y),
+           z = 2 * color.z - 1;
+    const texture *map = &textures[m->normal_map.index1 - 1];
+    dvec3 t, b;
+    if ((x == 0 && y == 0) || !tangent_frame(at, map, p, n, &t, &b)) return n;
+    return dvec3_normalize(
+        dvec3_add(dvec3_scale(n, z), dvec3_add(dvec3_scale(t, x), dvec3_scale(b, y))));
+}
+
+/* Half the distance of the two heights that a slope is taken from, metres: half the footprint, and
+ * not so little that rounded coordinates show. */
+static double bump_step(const texture *t, const shade_point *p) {
+    bool by_uv = t->map == MAP_UV || (t->map == MAP_AUTO && p->at.at.has_uv);
+    double unit = double_min(dvec3_length(p->dpdu), dvec3_length(p->dpdv));
+    double least = 0x1p-15 * (by_uv && unit > 0 ? unit : 1);
+    double footprint = double_max(dvec3_length(p->dpdx), dvec3_length(p->dpdy)) / 2;
+    return double_max(least, footprint);
+}
+
+static double height_at(const material_common *m, const shade_point *p, dvec3 step_local) {
+    texture_point place = p->at.at;
+    double du, dv;
+    texture_uv_change(place.dpdu, place.dpdv, step_local, &du, &dv);
+    place.u += du;
+    place.v += dv;
+    place.local = dvec3_add(place.local, step_local);
+    return input_scalar(&m->bump, p->at.textures, &place);
+}
+
+/* A surface raised by h along n has the normal n - grad h (Blinn, Simulation of Wrinkled Surfaces,
+ * 1978, for h small against the radius of curvature). grad h: by central differences. */
+static dvec3 bumped_normal(const scene_instance *at, const material_common *m, const shade_point *p,
+                           dvec3 n) {
+    double step = bump_step(&p->at.textures[m->bump.texture.index1 - 1], p);
+    dvec3 axes[2], bent = n;
+    dvec3_frame(p->n, &axes[0], &axes[1]);
+    for (int i = 0; i < 2; i++) {
+        dvec3 local = transform_vector(&at->to_local, dvec3_scale(axes[i], step));
+        double rise = height_at(m, p, local) - height_at(m, p, dvec3_negate(local));
+        double slope = (double)m->bump_scale * rise / (2 * step);
+        bent = dvec3_sub(bent, dvec3_scale(axes[i], slope));
+    }
+    return dvec3_normalize(bent);
+}
+
+/* From `good`, which is on w's side, towards `wanted`, but not over the edge. */
+static dvec3 kept_above(dvec3 good, dvec3 wanted, dvec3 w) {
+    double a = dvec3_dot(good, w), b = dvec3_dot(wanted, w);
+    if (b > 0 || !(a > 0)) return b > 0 ? wanted : good;
+    double part = 0.99 * a / (a - b);
+    return dvec3_normalize(dvec3_add(dvec3_scale(good, 1 - part), dvec3_scale(wanted, part)));
+}
+
+void scene_bend_normal(const scene *s, shade_point *p) {
+    const scene_instance *at = &s->instances[p->instance];
+    const material_common *m = p->material->desc;
+    dvec3 n = p->outside ? p->ns : dvec3_negate(p->ns);
+    if (m->normal_map.index1) n = mapped_normal(at, m, p, n);
+    if (m->bump.texture.index1) n = bumped_normal(at, m, p, n);
+    if (!p->outside) n = dvec3_negate(n);
+    if (!is_tame(n)) return;
+    n = kept_above(p->ns, n, p->n);
+    p->ns = kept_above(p->ns, n, p->wo);
+}
