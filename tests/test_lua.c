@@ -313,6 +313,28 @@ static void triangles_and_meshes_are_meshes(void **state) {
     description_destroy(d);
 }
 
+static void a_profile_is_a_list_of_pairs(void **state) {
+    (void)state;
+    description *d = run_good("lathe { profile = {{0,0}, {1,0.5}, {0,2}}, smooth = false }\n"
+                              "lathe { profile = {0,0, 1,0.5, 0,2} }\n"
+                              "print(cone { from = {0,0,0}, to = {0,3,0} }.bounds.max[2] >= 3)");
+    typedef struct lathe_like {
+        size_t struct_size;
+        const vec2 *profile;
+        size_t profile_count;
+        bool smooth;
+    } lathe_like;
+    for (uint32_t i = 0; i < 2; i++) {
+        const lathe_like *lathe = desc_of(d, CATEGORY_SHAPE, i);
+        assert_int_equal(lathe->profile_count, 3);
+        assert_true(lathe->profile[1].x == 1 && lathe->profile[1].y == 0.5f);
+        assert_true(lathe->profile[2].x == 0 && lathe->profile[2].y == 2);
+        assert_int_equal(lathe->smooth, i == 1);
+    }
+    assert_string_equal(d->messages[0].text, "true");
+    description_destroy(d);
+}
+
 static void bounds_can_be_read(void **state) {
     (void)state;
     description *d = run_good(
@@ -702,6 +724,7 @@ int main(void) {
         cmocka_unit_test(groups_and_instances_are_flattened),
         cmocka_unit_test(transforms_compose_right_to_left),
         cmocka_unit_test(triangles_and_meshes_are_meshes),
+        cmocka_unit_test(a_profile_is_a_list_of_pairs),
         cmocka_unit_test(bounds_can_be_read),
         cmocka_unit_test(a_camera_can_frame_an_object),
         cmocka_unit_test(settings_and_lights_arrive),

@@ -115,6 +115,25 @@ static snell_input add_picture(rig *r, double scale) {
     return input;
 }
 
+/* Heights of noise, and colours that blend over the point in three projections. */
+static snell_input add_bumps(rig *r) {
+    snell_noise_texture_desc noise = SNELL_INIT(noise_texture_desc);
+    snell_input input = {grey(0.1), {0, 0}};
+    noise.size = 0.3f;
+    noise.kind = 1;
+    MUST(snell_scene_add_noise_texture(r->scene, &noise, &input.texture));
+    return input;
+}
+
+static snell_input add_fade(rig *r) {
+    snell_gradient_texture_desc fade = SNELL_INIT(gradient_texture_desc);
+    snell_input input = {grey(1), {0, 0}};
+    fade.color_a = v3(0.9, 0.5, 0.3);
+    fade.map = 5; /* spherical */
+    MUST(snell_scene_add_gradient_texture(r->scene, &fade, &input.texture));
+    return input;
+}
+
 static void build_shapes(rig *r, snell_material_id shiny, snell_material_id painted) {
     snell_disk_desc disk = SNELL_INIT(disk_desc);
     snell_quad_desc quad = SNELL_INIT(quad_desc);
@@ -162,12 +181,15 @@ static void build_everything(rig *r) {
     painted.color = add_picture(r, 1);
     painted.alpha = add_picture(r, 1);
     painted.emission = flat(v3(0.02, 0, 0.05));
+    painted.normal_map = add_picture(r, 1).texture;
     MUST(snell_scene_add_lambert(r->scene, &painted, &paint_id));
     phong.specular = add_picture(r, 0.5);
     MUST(snell_scene_add_blinn_phong(r->scene, &phong, &phong_id));
     glazed.base = phong_id;
     glazed.ior = 1.5f;
+    glazed.bump = add_bumps(r);
     MUST(snell_scene_add_glazed(r->scene, &glazed, &glaze_id));
+    partial.color = add_fade(r);
     MUST(snell_scene_add_partial_mirror(r->scene, &partial, &partial_id));
     add_plane(r, v3(0, 0, 0), v3(0, 1, 0), floor_id);
     add_plane(r, v3(0, 0, -6), v3(0, 0.1, 1), partial_id);

@@ -95,6 +95,13 @@ typedef struct snell_bounds {
 typedef struct snell_transform {
     float m[3][4];
 } snell_transform;
+/* Where something that moves is at a time, in seconds on the scene's clock. Between keys translations
+ * and scales go straight, rotations along the shorter arc; before the first and after the last key it
+ * stands still. */
+typedef struct snell_motion_key {
+    float time;
+    snell_transform transform;
+} snell_motion_key;
 /* What varies over a surface: value times texture (texture {0}: the value alone). Scalars read
  * value.x. */
 typedef struct snell_input {
@@ -257,6 +264,10 @@ SNELL_API snell_status snell_scene_add_instance(snell_scene *scene, snell_shape_
                                                 snell_instance_id *out);
 SNELL_API snell_status snell_scene_set_instance_transform(snell_scene *scene, snell_instance_id id,
                                                           const snell_transform *to_world);
+/* It moves by these keys (checked, copied); rays see it at their own time. What no camera's shutter
+ * sees is left out at commit. Ended by snell_scene_set_instance_transform. */
+SNELL_API snell_status snell_scene_set_instance_motion(snell_scene *scene, snell_instance_id id,
+                                                       const snell_motion_key *keys, size_t count);
 SNELL_API snell_status snell_scene_remove_instance(snell_scene *scene, snell_instance_id id);
 
 /* Settings exist once: a call replaces what the file said. Radiances, >= 0; alpha in [0,1]: 0 makes
@@ -267,6 +278,28 @@ SNELL_API snell_status snell_scene_set_background_gradient(snell_scene *scene, s
                                                            snell_vec3 top);
 SNELL_API snell_status snell_scene_set_ambient(snell_scene *scene,
                                                snell_vec3 color); /* the lecture's L_a */
+
+/* The clock of what moves: frame f is at (f - 1) / fps seconds, and a camera's shutter counts in frames
+ * from there. */
+typedef struct snell_animation {
+    size_t struct_size;
+    float fps;
+    int32_t first, last, frame; /* from 1; frame: which one the scene is of */
+    uint32_t frame_count;       /* written by get only: 0 when the scene has no animation */
+} snell_animation;
+static inline snell_animation snell_animation_init(size_t struct_size) {
+    snell_animation clock;
+    memset(&clock, 0, sizeof clock);
+    clock.struct_size = struct_size;
+    clock.fps = 24;
+    clock.first = 1;
+    clock.last = 120;
+    clock.frame = 1;
+    return clock;
+}
+SNELL_API snell_status snell_scene_set_animation(snell_scene *scene, const snell_animation *clock);
+SNELL_API snell_status snell_scene_get_animation(
+    const snell_scene *scene, snell_animation *out); /* out->struct_size set by the caller */
 
 /* Freezes what was added: checks, builds the acceleration structures. Queries and renders see the
  * last commit. */
@@ -371,10 +404,19 @@ typedef enum snell_integrator {
     SNELL_PATH
 } snell_integrator;
 
-typedef struct snell_view { /* a perspective camera by value: moving it needs no commit */
+/* A perspective camera by value: moving it needs no commit. Fields as in
+ * snell_perspective_camera_desc. */
+typedef struct snell_view {
     size_t struct_size;
     snell_vec3 from, at, up;
-    float fov; /* vertical, radians, in (0, pi) */
+    float fov;                /* vertical, radians, in (0, pi) */
+    float lens_radius, focus; /* metres; 0: a pinhole, and the distance of `at` */
+    int32_t blades;           /* 0: round */
+    float blade_rotation;     /* radians */
+    snell_vec2 shutter;       /* open and close, in frames from the scene's frame */
+    const snell_motion_key
+        *motion; /* borrowed; of snell_scene_get_view until the scene's next edit */
+    size_t motion_count;
 } snell_view;
 static inline snell_view snell_view_init(size_t struct_size) {
     snell_view view;
@@ -383,6 +425,7 @@ static inline snell_view snell_view_init(size_t struct_size) {
     view.from.z = 5;
     view.up.y = 1;
     view.fov = 0.6981317f; /* 40 degrees */
+    view.shutter.y = 0.5f;
     return view;
 }
 /* Looks at the bounds' centre from {azimuth, elevation} (radians; 0,0 is +Z, azimuth turns towards
@@ -393,6 +436,13 @@ SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bo
 /* The view of a perspective camera of the scene ({0}: the first), to start from. */
 SNELL_API snell_status snell_scene_get_view(const snell_scene *scene, snell_camera_id camera,
                                             snell_view *out);
+
+typedef enum snell_filter {
+    SNELL_FILTER_BOX = 0,
+    SNELL_FILTER_TENT,
+    SNELL_FILTER_GAUSSIAN,
+    SNELL_FILTER_BLACKMAN_HARRIS
+} snell_filter;
 
 typedef struct snell_render_desc {
     size_t struct_size;
@@ -405,7 +455,9 @@ typedef struct snell_render_desc {
     uint32_t samples;   /* per pixel, 1..2^20 */
     uint32_t max_depth; /* camera ray 0, each child one more; deeper returns black; at most 1000 */
     float min_weight;   /* rays whose largest weight falls below are dropped; the sum is reported */
-    bool pixel_center;  /* all samples through the pixel's centre */
+    snell_filter filter;
+    float filter_radius; /* pixels, 0..16; 0: the filter's own (box 0.5, tent 1, others 1.5) */
+    bool pixel_center;   /* all samples through the pixel's centre: no filter */
     bool transparent; /* the background does not count as light seen by the camera; alpha = coverage
                        */
     uint64_t seed;
@@ -1509,12 +1561,19 @@ static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
-typedef struct snell_perspective_camera_desc { /* a pinhole camera */
+typedef struct snell_perspective_camera_desc { /* a pinhole camera, or a thin lens with depth of field */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */
     snell_vec3 at; /* what it looks at; m */
     snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
     float fov; /* vertical field of view; radians; 0.0001 to 3.1415 */
+    float lens_radius; /* 0: a pinhole, everything sharp; larger: more blur out of focus; m; >= 0 */
+    float focus; /* distance of the sharp plane along the view; 0: that of 'at'; m; >= 0 */
+    int32_t blades; /* sides of the aperture, 3 to 16; 0: round; 0 to 16 */
+    float blade_rotation; /* turns the aperture, whose first corner is on the right; radians */
 } snell_perspective_camera_desc;
 static inline snell_perspective_camera_desc snell_perspective_camera_desc_init(size_t struct_size) {
     snell_perspective_camera_desc desc;
@@ -1522,10 +1581,75 @@ static inline snell_perspective_camera_desc snell_perspective_camera_desc_init(s
     desc.struct_size = struct_size;
     desc.from.z = (float)5;
     desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
     desc.fov = (float)0.69813168;
     return desc;
 }
 SNELL_API snell_status snell_scene_add_perspective_camera(snell_scene *scene, const snell_perspective_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_orthographic_camera_desc { /* parallel rays: the same size near and far */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+    float height; /* what the picture is high, around 'at'; m; > 0 */
+} snell_orthographic_camera_desc;
+static inline snell_orthographic_camera_desc snell_orthographic_camera_desc_init(size_t struct_size) {
+    snell_orthographic_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    desc.height = (float)2;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_orthographic_camera(snell_scene *scene, const snell_orthographic_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_panorama_camera_desc { /* everything around, longitude by latitude; twice as wide as high */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+} snell_panorama_camera_desc;
+static inline snell_panorama_camera_desc snell_panorama_camera_desc_init(size_t struct_size) {
+    snell_panorama_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_panorama_camera(snell_scene *scene, const snell_panorama_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_fisheye_camera_desc { /* a wide circle: angles from the view are distances from its middle */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+    float fov; /* across the circle; radians; 0.0001 to 6.28319 */
+} snell_fisheye_camera_desc;
+static inline snell_fisheye_camera_desc snell_fisheye_camera_desc_init(size_t struct_size) {
+    snell_fisheye_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    desc.fov = (float)3.14159274;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_fisheye_camera(snell_scene *scene, const snell_fisheye_camera_desc *desc, snell_camera_id *out);
 /* clang-format on */
 /* END GENERATED */
 

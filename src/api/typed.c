@@ -584,14 +584,61 @@ snell_status snell_scene_add_lathe(snell_scene *s, const snell_lathe_desc *desc,
     return status;
 }
 
-_Static_assert(sizeof(snell_perspective_camera_desc) == 48, "run tools/update_api");
+_Static_assert(sizeof(snell_perspective_camera_desc) == 96, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, from) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, at) == 20, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, up) == 32, "run tools/update_api");
-_Static_assert(offsetof(snell_perspective_camera_desc, fov) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, motion) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, fov) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, lens_radius) == 76, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, focus) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, blades) == 84, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, blade_rotation) == 88, "run tools/update_api");
 snell_status snell_scene_add_perspective_camera(snell_scene *s, const snell_perspective_camera_desc *desc, snell_camera_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "perspective", desc, &index1);
+    if (!status && out) *out = (snell_camera_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_orthographic_camera_desc) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, up) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, motion) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, height) == 72, "run tools/update_api");
+snell_status snell_scene_add_orthographic_camera(snell_scene *s, const snell_orthographic_camera_desc *desc, snell_camera_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "orthographic", desc, &index1);
+    if (!status && out) *out = (snell_camera_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_panorama_camera_desc) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, up) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, motion) == 56, "run tools/update_api");
+snell_status snell_scene_add_panorama_camera(snell_scene *s, const snell_panorama_camera_desc *desc, snell_camera_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "panorama", desc, &index1);
+    if (!status && out) *out = (snell_camera_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_fisheye_camera_desc) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, up) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, motion) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, fov) == 72, "run tools/update_api");
+snell_status snell_scene_add_fisheye_camera(snell_scene *s, const snell_fisheye_camera_desc *desc, snell_camera_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "fisheye", desc, &index1);
     if (!status && out) *out = (snell_camera_id){index1, 0};
     return status;
 }

@@ -19,6 +19,7 @@ void image_free(decoded_image *image) {
 }
 
 const char *image_format_word(const decoded_image *image) {
+    if (image->floats) return "rgba32f";
     return image->channels == 1 ? "gray8" : image->channels == 3 ? "rgb8" : "rgba8";
 }
 

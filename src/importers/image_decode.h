@@ -9,6 +9,7 @@ typedef struct decoded_image {
     uint32_t width, height;
     uint32_t channels; /* 1 grey, 3 RGB, 4 RGBA; 8 bits each */
     uint8_t *pixels;   /* rows, top first, interleaved; free with image_free */
+    bool floats;       /* channels is 4 and pixels are linear floats (image_float.h) */
     bool damaged;      /* a JPEG that ends early or is odd: part of it is grey */
 } decoded_image;
 

@@ -8,7 +8,7 @@
 
 #include "base/memory.h"
 #include "importers/files.h"
-#include "importers/image_decode.h"
+#include "importers/image_float.h"
 
 /* ---- another file's description into this one ---- */
 
@@ -253,7 +253,9 @@ static const decoded_image *read_image(lua_State *L, const char *name) {
     decoded_image *image = memory_zeroed(1, sizeof *image);
     if (image == NULL) scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
     pixels->held = image;
-    if (image_decode(data, size, most, image)) {
+    bool floats = image_is_float(data, size);
+    if (floats ? image_decode_float(data, size, most, image)
+               : image_decode(data, size, most, image)) {
         char why[512];
         snprintf(why, sizeof why, "%s", error_last()->text);
         scene_fail(L, error_last()->status, NULL, "'%s': %s", name, why);
@@ -290,6 +292,7 @@ int files_image(lua_State *L, const type_info *type) {
     params[count++] = (snell_param){"height", SNELL_PARAM_INT, {.i = image->height}};
     params[count++] = (snell_param){"format", SNELL_PARAM_STRING, {.s = image_format_word(image)}};
     size_t size = (size_t)image->width * image->height * image->channels;
+    if (image->floats) size *= sizeof(float);
     params[count++] = (snell_param){
         .name = "pixels", .kind = SNELL_PARAM_ARRAY, .value.array = {image->pixels, size}};
     object_source source = {.name = values_get_string(L, label, "name")};

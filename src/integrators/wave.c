@@ -483,18 +483,34 @@ static void advance(block_cursor *c) {
     c->sample++;
 }
 
-/* The next camera ray, into room that the pool has. */
+static sample2 camera_point(const wave *w, const block_cursor *c, sample_purpose purpose) {
+    return sample_point(sample_stream(w->streams[c->pixel], PATH_CODE_CAMERA, purpose), c->sample);
+}
+
+static camera_sample sample_camera(const wave *w, const block_cursor *c) {
+    const wave_settings *s = &w->settings;
+    double x = 0, y = 0, moment = 0; /* from the pixel's centre; of the shutter's time */
+    if (!s->pixel_center) {
+        sample2 place = camera_point(w, c, SAMPLE_PIXEL);
+        x = pixel_filter_offset(s->filter, place.x);
+        y = pixel_filter_offset(s->filter, place.y);
+    }
+    if (s->shutter_close > s->shutter_open) moment = camera_point(w, c, SAMPLE_TIME).x;
+    camera_sample at = {
+        .x = c->x + (0.5 + x),
+        .y = c->y + (0.5 + y),
+        .time = (float)(s->shutter_open + (s->shutter_close - s->shutter_open) * moment)};
+    if (s->frame.lens_radius > 0) at.lens = camera_point(w, c, SAMPLE_LENS);
+    return at;
+}
+
+/* The next camera ray, into room that the pool has; none where the camera sees nothing. */
 static void push_camera_ray(wave *w, const block_cursor *c) {
     const wave_settings *s = &w->settings;
-    sample2 place = {0.5, 0.5};
-    if (!s->pixel_center) {
-        uint64_t stream = sample_stream(w->streams[c->pixel], PATH_CODE_CAMERA, SAMPLE_PIXEL);
-        place = sample_point(stream, c->sample);
-    }
-    camera_sample at = {c->x + place.x, c->y + place.y};
-    path_ray *r = &w->pool[w->pool_count++];
+    camera_sample at = sample_camera(w, c);
     vec3 o, d;
-    s->camera->ray(&s->frame, &at, &o, &d);
+    if (!camera_ray(s->camera, &s->frame, &at, &o, &d)) return;
+    path_ray *r = &w->pool[w->pool_count++];
     *r = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
                     .weight = {1, 1, 1},
                     .pixel = c->pixel,
@@ -506,6 +522,7 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
                     .coverage = 1};
     r->ray.mask = ~(uint32_t)MASK_LIGHT_HIDDEN;
     if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
+    r->ray.time = at.time;
     w->stats.rays[RAY_CAMERA]++;
 }
 
@@ -526,7 +543,9 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     while (next.sample < w->settings.samples || w->pool_count > 0) {
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
          * starve the kernel. */
-        for (; next.sample < w->settings.samples && w->pool_count < size; advance(&next))
+        for (size_t tried = 0; next.sample < w->settings.samples && w->pool_count < size &&
+                               tried < size; /* a camera may have no ray for any of them */
+             advance(&next), tried++)
             push_camera_ray(w, &next);
         size_t bite = w->pool_count > 2 * size ? SMALL_BITE : size;
         if (bite > size) bite = size;
