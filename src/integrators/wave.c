@@ -288,6 +288,11 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
     dvec3 sum = {through, through, through};
+    bsdf b;
+    if (p->material->thin) {
+        material_evaluate(p->material, &p->at, &b);
+        return dvec3_add(sum, dvec3_scale(bsdf_straight(&b, dvec3_dot(p->wo, p->ns)), alpha));
+    }
     if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;
     bool straight = !w->settings.integrator->one_branch;
     const medium *before = media_current(m, s);
@@ -300,7 +305,6 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double ior1 = double_min(before->ior, after->ior), ior2 = double_max(before->ior, after->ior);
     if (!straight && ior1 != ior2) return sum; /* it would be refracted */
     double pass = alpha * (1 - fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2));
-    bsdf b;
     material_evaluate(p->material, &p->at, &b);
     return dvec3_add(sum, dvec3_scale(bsdf_passing(&b), pass));
 }
