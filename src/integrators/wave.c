@@ -228,15 +228,19 @@ static void emit_light(wave *w, const path_ray *r, const shade_point *p, const b
         emit_radiance(w, r, radiance);
 }
 
-/* Light from everywhere on the Lambert lobes, with nothing in the way. */
+/* Light from everywhere on matte lobes, with nothing in the way; they look as they do to light along
+ * the normal. */
 static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                             const light *l) {
-    dvec3 reflectance = {0, 0, 0};
-    for (int i = 0; i < b->lobe_count; i++)
-        if (b->lobes[i].type == &lobe_lambert)
-            reflectance = dvec3_add(reflectance, b->lobes[i].weight);
-    dvec3 irradiance = l->type->irradiance(l, p->ns);
-    emit_radiance(w, r, dvec3_scale(dvec3_mul(reflectance, irradiance), 1 / PI));
+    double cosine = dvec3_dot(p->ns, p->wo);
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *part = &b->lobes[i];
+        if (!part->type->matte) continue;
+        dvec3 f = part->type->evaluate(part, b, p->ns, p->wo, p->ns);
+        sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, cosine, 1)));
+    }
+    emit_radiance(w, r, dvec3_mul(sum, l->type->irradiance(l, p->ns)));
 }
 
 static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,

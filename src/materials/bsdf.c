@@ -237,6 +237,7 @@ static bool sample_blinn_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, 
 }
 
 const lobe_type lobe_lambert = {.class = LOBE_DIFFUSE,
+                                .matte = true,
                                 .evaluate = evaluate_lambert,
                                 .pdf = pdf_lambert,
                                 .sample = sample_lambert};

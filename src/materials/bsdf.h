@@ -34,6 +34,8 @@ typedef struct lobe_type {
     bool transmits; /* wi may lie beyond the surface */
     bool thin;      /* of those that transmit: what is beyond is the same medium, so that light goes
                        straight on, and its index is that of lobe.fresnel */
+    bool matte;     /* looks about the same from everywhere: what light from everywhere falls on where
+                       nothing is sampled */
     /* The BSDF, 1/sr, without the cosine. Both NULL for delta lobes. */
     dvec3 (*evaluate)(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
     /* The density of `sample`, per solid angle of wi. */

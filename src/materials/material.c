@@ -43,3 +43,24 @@ void material_evaluate(const material *m, const material_point *point, bsdf *out
     out->emission = m->shines ? material_emission(m, point) : (dvec3){0, 0, 0};
     m->type->fill(m->desc, point, out);
 }
+
+double material_albedo(const material *m, const texture *textures, const material *materials,
+                       double cosine) {
+    enum { SAMPLES = 1024 };
+    const dvec3 n = {0, 0, 1}, wo = {sqrt(1 - cosine * cosine), 0, cosine};
+    const material_point point = {.at = {.has_uv = true, .n = n},
+                                  .tint = {1, 1, 1},
+                                  .alpha = 1,
+                                  .outside = true,
+                                  .textures = textures,
+                                  .materials = materials};
+    bsdf b;
+    material_evaluate(m, &point, &b);
+    dvec3 sum = {0, 0, 0};
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        bsdf_direction drawn;
+        if (bsdf_sample(&b, n, wo, sample_point(1, i).x, sample_point(2, i), &drawn))
+            sum = dvec3_add(sum, drawn.weight);
+    }
+    return dvec3_largest(sum) / SAMPLES;
+}

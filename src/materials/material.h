@@ -101,6 +101,10 @@ struct material {
 void material_evaluate(const material *m, const material_point *point, bsdf *out);
 /* The radiance that it sends out at the point; 0 from the inside, unless emit_two_sided. */
 dvec3 material_emission(const material *m, const material_point *point);
+/* The fraction of light that it sends back or on when seen at this cosine from outside, its largest
+ * colour, estimated with 1024 fixed samples at the texture coordinates (0, 0). */
+double material_albedo(const material *m, const texture *textures, const material *materials,
+                       double cosine);
 /* The opacity alone, for rays that pass through. */
 double material_alpha(const material *m, const material_point *point);
 

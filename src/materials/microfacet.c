@@ -212,7 +212,7 @@ static bool sample_cosine(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sampl
 }
 
 const lobe_type lobe_under = {
-    .class = LOBE_DIFFUSE, .evaluate = evaluate_under, .pdf = pdf_cosine, .sample = sample_cosine};
+    .class = LOBE_DIFFUSE, .matte = true, .evaluate = evaluate_under, .pdf = pdf_cosine, .sample = sample_cosine};
 
 /* ---- adding them to a bsdf ---- */
 
