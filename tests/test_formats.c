@@ -247,7 +247,10 @@ static void the_node_tree_places_things(void **state) {
           b = transform_point(&d->instances[1].to_world, (dvec3){1, 0, 0});
     near3(vec3_from(a), -1, 2, 1);
     near3(vec3_from(b), 1, 4, 1);
-    assert_int_equal(d->objects[CATEGORY_CAMERA].count, 1);
+    assert_int_equal(d->objects[CATEGORY_CAMERA].count, 2);
+    const object *flat_eye = &d->objects[CATEGORY_CAMERA].items[1];
+    assert_string_equal(flat_eye->type->name, "orthographic");
+    near(float_of(flat_eye, "height"), 4); /* 2 ymag, twice as large by the root */
     const object *eye = named(d, CATEGORY_CAMERA, "eye");
     near3(*(const snell_vec3 *)field_of(eye, "from"), 1, 2, 3);
     snell_vec3 at = *(const snell_vec3 *)field_of(eye, "at");
@@ -255,14 +258,16 @@ static void the_node_tree_places_things(void **state) {
     near((double)at.y, 2);
     near((double)at.z, 3);
     near(float_of(eye, "fov"), 0.5);
-    assert_int_equal(d->objects[CATEGORY_LIGHT].count, 2);
+    assert_int_equal(d->objects[CATEGORY_LIGHT].count, 3);
     const object *sun = &d->objects[CATEGORY_LIGHT].items[0], *lamp = sun + 1;
     near3(*(const snell_vec3 *)field_of(sun, "direction"), -1, 0, 0);
     near3(*(const snell_vec3 *)field_of(sun, "irradiance"), 1, 0.5, 0.25);
     near3(*(const snell_vec3 *)field_of(lamp, "position"), 1, 4, 3);
     near3(*(const snell_vec3 *)field_of(lamp, "intensity"), 2, 2, 2);
-    assert_true(has_message(d, "orthographic"));
-    assert_true(has_message(d, "spot"));
+    const object *spot = lamp + 1;
+    near(float_of(spot, "cone"), 3.14159265 / 4);
+    near(float_of(spot, "blend"), 3.14159265 / 4);
+    assert_true((*(const snell_vec3 *)field_of(spot, "at")).x < 0.9f); /* along -x, as the eye */
     description_destroy(d);
 }
 
