@@ -69,8 +69,8 @@ static void describe_scene(bench *b) {
     b->geometries = need(memory_zeroed(count, sizeof *b->geometries));
     b->instances = need(memory_zeroed(count, sizeof *b->instances));
     for (size_t i = 0; i < count; i++)
-        b->instances[i] =
-            (accel_instance){(uint32_t)i, ~0u, true, transform_identity(), transform_identity()};
+        b->instances[i] = (accel_instance){(uint32_t)i,          ~0u, true, transform_identity(),
+                                           transform_identity(), NULL};
     if (s->sphere_count == 0) {
         b->mesh = (mesh_desc){.positions = s->positions,
                               .positions_count = s->position_count,

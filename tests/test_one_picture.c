@@ -115,6 +115,25 @@ static snell_input add_picture(rig *r, double scale) {
     return input;
 }
 
+/* Heights of noise, and colours that blend over the point in three projections. */
+static snell_input add_bumps(rig *r) {
+    snell_noise_texture_desc noise = SNELL_INIT(noise_texture_desc);
+    snell_input input = {grey(0.1), {0, 0}};
+    noise.size = 0.3f;
+    noise.kind = 1;
+    MUST(snell_scene_add_noise_texture(r->scene, &noise, &input.texture));
+    return input;
+}
+
+static snell_input add_fade(rig *r) {
+    snell_gradient_texture_desc fade = SNELL_INIT(gradient_texture_desc);
+    snell_input input = {grey(1), {0, 0}};
+    fade.color_a = v3(0.9, 0.5, 0.3);
+    fade.map = 5; /* spherical */
+    MUST(snell_scene_add_gradient_texture(r->scene, &fade, &input.texture));
+    return input;
+}
+
 static void build_shapes(rig *r, snell_material_id shiny, snell_material_id painted) {
     snell_disk_desc disk = SNELL_INIT(disk_desc);
     snell_quad_desc quad = SNELL_INIT(quad_desc);
@@ -162,12 +181,15 @@ static void build_everything(rig *r) {
     painted.color = add_picture(r, 1);
     painted.alpha = add_picture(r, 1);
     painted.emission = flat(v3(0.02, 0, 0.05));
+    painted.normal_map = add_picture(r, 1).texture;
     MUST(snell_scene_add_lambert(r->scene, &painted, &paint_id));
     phong.specular = add_picture(r, 0.5);
     MUST(snell_scene_add_blinn_phong(r->scene, &phong, &phong_id));
     glazed.base = phong_id;
     glazed.ior = 1.5f;
+    glazed.bump = add_bumps(r);
     MUST(snell_scene_add_glazed(r->scene, &glazed, &glaze_id));
+    partial.color = add_fade(r);
     MUST(snell_scene_add_partial_mirror(r->scene, &partial, &partial_id));
     add_plane(r, v3(0, 0, 0), v3(0, 1, 0), floor_id);
     add_plane(r, v3(0, 0, -6), v3(0, 0.1, 1), partial_id);
@@ -184,7 +206,33 @@ static void build_everything(rig *r) {
     MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
 }
 
+/* The same, half of it in motion, turning and stretching, through a lens that moves too. */
+static void set_in_motion(rig *r) {
+    const description *d = r->scene->description;
+    snell_motion_key keys[3];
+    for (uint32_t i = 0; i < d->instance_count; i += 2) {
+        for (int k = 0; k < 3; k++) {
+            snell_vec3 to = v3(0.05 * k, 0.02 * k * k, -0.03 * k);
+            snell_transform step = turned(k % 2, 1 + 0.1 * k, 1, 1, to);
+            keys[k] = (snell_motion_key){0.01f * (float)k,
+                                         transform_multiply(&step, &d->instances[i].to_world)};
+        }
+        MUST(snell_scene_set_instance_motion(r->scene, (snell_instance_id){i + 1, 0}, keys, 3));
+    }
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    for (int k = 0; k < 2; k++)
+        keys[k] = (snell_motion_key){0.02f * (float)k, turned(0, 1, 1, 1, v3(0.1 * k, 0, 0))};
+    camera.from = v3(0.5, 2, 6);
+    camera.at = v3(0, 0.8, 0);
+    camera.lens_radius = 0.05f;
+    camera.blades = 5;
+    camera.motion = keys;
+    camera.motion_count = 2;
+    MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
+}
+
 static bool load_file; /* which scene is built: this file, or the one above */
+static bool in_motion;
 static const char *scene_path;
 
 static void build(rig *r) {
@@ -192,6 +240,7 @@ static void build(rig *r) {
         MUST(snell_scene_load(r->scene, scene_path, NULL));
     else
         build_everything(r);
+    if (in_motion) set_in_motion(r);
     const char *added;
     MUST(snell_scene_add_studio(r->scene, NULL, &added));
     MUST(snell_scene_commit(r->scene, NULL, NULL));
@@ -208,6 +257,10 @@ static snell_render_desc settings(rig *r, snell_integrator policy) {
     desc.min_weight = 0.002f;
     desc.pixel_center = false;
     desc.seed = 5;
+    if (in_motion) {
+        desc.camera = (snell_camera_id){2, 0};
+        desc.filter = SNELL_FILTER_GAUSSIAN;
+    }
     return desc;
 }
 
@@ -327,6 +380,17 @@ static void everything_is_one_picture(void **state) {
     check_seed_matters();
 }
 
+static void everything_in_motion_is_one_picture(void **state) {
+    (void)state;
+    load_file = false;
+    in_motion = true;
+    uint64_t expected = check_threads_and_waves("everything in motion", SNELL_WHITTED);
+    check_isas(SNELL_WHITTED, expected);
+    check_trees(SNELL_WHITTED, expected);
+    check_crop(SNELL_WHITTED);
+    in_motion = false;
+}
+
 static int is_scene(const struct dirent *entry) {
     size_t length = strlen(entry->d_name);
     return length > 4 && strcmp(entry->d_name + length - 4, ".lua") == 0;
@@ -354,6 +418,7 @@ static void every_showcase_is_one_picture(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(everything_is_one_picture),
+        cmocka_unit_test(everything_in_motion_is_one_picture),
         cmocka_unit_test(every_showcase_is_one_picture),
     };
     return cmocka_run_group_tests(tests, open_hashes, close_hashes);

@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "cameras/camera.h"
 #include "geometry/mesh.h"
 #include "scene/records.h"
 #include "scene/settings.h"
@@ -98,14 +99,18 @@ static description *everything(void) {
         description_add(d, type->category, type->name, NULL, 0,
                         (object_source){name, NULL, 100 + i}, NULL);
     }
-    assert_true(d->objects[CATEGORY_SETTING].count == 3 && d->objects[CATEGORY_SHAPE].count >= 4);
+    assert_true(d->objects[CATEGORY_SETTING].count == 4 && d->objects[CATEGORY_SHAPE].count >= 4);
     transform moved = transform_identity();
     moved.m[0][3] = 4;
+    const motion_key keys[] = {{0.5f, transform_identity()}, {0.75f, moved}};
+    const snell_param path = array("motion", keys, 2);
+    add(d, CATEGORY_CAMERA, "fisheye", "moving", 10, &path, 1);
     assert_int_equal(
         description_add_instance(d, 0, 2, &moved, (object_source){"here", NULL, 8}, NULL),
         SNELL_OK);
     assert_int_equal(description_add_instance(d, 1, NO_MATERIAL, NULL, (object_source){0}, NULL),
                      SNELL_OK);
+    assert_int_equal(description_set_motion(d, 1, keys, 2), SNELL_OK);
     description_add_param(d, "depth", "number", "5", "4", "levels of spheres");
     description_add_message(d, SNELL_WARNING, "scene.lua", 9, "do this", "something odd");
     strcpy(d->format, "lua");
@@ -127,6 +132,10 @@ static void a_description_comes_through_unchanged(void **state) {
     assert_string_equal(copy->objects[CATEGORY_SHAPE].items[0].name, "a mesh");
     assert_int_equal(copy->objects[CATEGORY_SHAPE].items[0].line, 12);
     assert_true(copy->instances[0].to_world.m[0][3] == 4 && copy->instances[0].material == 2);
+    const camera_common *camera = description_find(copy, CATEGORY_CAMERA, "moving")->desc;
+    assert_true(camera->motion_count == 2 && camera->motion[1].time == 0.75f);
+    assert_true(copy->instances[1].key_count == 2 && copy->instances[0].key_count == 0 &&
+                copy->instances[1].keys[1].transform.m[0][3] == 4);
     assert_string_equal(copy->params[0].help, "levels of spheres");
     assert_string_equal(copy->messages[0].hint, "do this");
     assert_string_equal(copy->format, "lua");
@@ -151,7 +160,7 @@ static void a_second_block_is_added_behind_the_first(void **state) {
            materials = d->objects[CATEGORY_MATERIAL].count,
            textures = d->objects[CATEGORY_TEXTURE].count;
     assert_int_equal(both->objects[CATEGORY_SHAPE].count, 2 * shapes);
-    assert_int_equal(both->objects[CATEGORY_SETTING].count, 3);
+    assert_int_equal(both->objects[CATEGORY_SETTING].count, 4);
     const object *mesh = &both->objects[CATEGORY_SHAPE].items[shapes];
     assert_string_equal(mesh->name, "a mesh.2");
     assert_int_equal(((const mesh_desc *)mesh->desc)->materials[1].index1, 3 + materials);

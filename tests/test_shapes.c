@@ -60,9 +60,8 @@ static const value values[] = {
 };
 /* A second example differs from the first one in this. */
 static const value seconds[] = {
-    {"disk", "inner_radius", 0.9f, NAN, 0},
-    {"cylinder", "capped", 0, NAN, 0},
-    {"cone", "radius_to", 0.3f, NAN, 0},
+    {"disk", "inner_radius", 0.9f, NAN, 0}, {"quad", "v", -0.5f, 1, 0.75f}, /* a rectangle */
+    {"cylinder", "capped", 0, NAN, 0},      {"cone", "radius_to", 0.3f, NAN, 0},
     {"torus", "minor", 0.05f, NAN, 0},
 };
 static const vec2 goblet[] = {{0, 0},    {0.5f, 0}, {0.5f, 0.1f}, {0.1f, 0.2f},
@@ -355,24 +354,37 @@ static void a_triangle_is_drawn_evenly(void **state) {
 /* ---- by solid angle ---- */
 
 /* The density over the directions that meet the shape is 1 in all: drawn by area, each point weighs
- * area cos / distance^2 where it is the first to be seen. */
-static void check_density(const primitive_type *type, const void *desc, dvec3 from) {
+ * area cos / distance^2 where it is the first to be seen. And the mean point is the same by both. */
+static void check_density(const primitive_type *type, const void *desc, dvec3 from, ball around) {
     enum { POINTS = 20000 };
-    double sum = 0, squares = 0, area = type->area(desc, 0);
-    for (int n = 0; n < POINTS; n++) {
-        double u = uniform(), v = uniform();
+    double sum[5] = {0}, squares[5] = {0}, area = type->area(desc, 0);
+    for (int n = 0; n < 2 * POINTS; n++) {
+        bool toward = n >= POINTS;
+        double u = uniform(), v = uniform(), weight = -1, unused;
         surface s;
-        type->sample_area(desc, 0, u, v, &s);
-        dvec3 way = dvec3_sub(s.p, from), d = dvec3_normalize(way);
-        double facing = dvec3_dot(s.n, d);
-        if (!type->flat && facing > 0) continue; /* the far side: all these shapes are convex */
-        double weight = area * fabs(facing) / dvec3_dot(way, way) * type->pdf_toward(desc, from, d);
-        sum += weight;
-        squares += weight * weight;
+        if (toward) {
+            assert_true(type->sample_toward(desc, from, u, v, &s, &unused));
+        } else {
+            type->sample_area(desc, 0, u, v, &s);
+            dvec3 way = dvec3_sub(s.p, from), d = dvec3_normalize(way);
+            double facing = dvec3_dot(s.n, d);
+            if (!type->flat && facing > 0) continue; /* the far side: these shapes are convex */
+            weight = area * fabs(facing) / dvec3_dot(way, way) * type->pdf_toward(desc, from, d);
+        }
+        dvec3 f = dvec3_scale(dvec3_sub(s.p, around.center), 1 / around.radius);
+        const double terms[5] = {toward ? 0 : weight, weight * f.x, weight * f.y, weight * f.z,
+                                 weight * f.x * f.y};
+        for (int k = 0; k < 5; k++) {
+            sum[k] += terms[k];
+            squares[k] += terms[k] * terms[k];
+        }
     }
-    double mean = sum / POINTS, error = sqrt((squares / POINTS - mean * mean) / POINTS);
-    if (!(fabs(mean - 1) < 5 * error + 1e-6))
-        fail_msg("%s: the density is %g in all, +- %g", type->info.name, mean, error);
+    for (int k = 0; k < 5; k++) {
+        double mean = sum[k] / POINTS, expected = k == 0;
+        double error = sqrt(squares[k]) / POINTS;
+        if (!(fabs(mean - expected) < 5 * error + 1e-6))
+            fail_msg("%s: moment %d is %g off, +- %g", type->info.name, k, mean - expected, error);
+    }
 }
 
 static void check_toward(const primitive_type *type, const void *desc, dvec3 from, double size) {
@@ -395,7 +407,7 @@ static void check_toward(const primitive_type *type, const void *desc, dvec3 fro
 static void directions_are_drawn_by_solid_angle(void **state) {
     (void)state;
     random_state = 21;
-    int tested = 0;
+    int tested = 0, densities = 0;
     for (uint32_t i = 0; i < primitive_type_count; i++) {
         const primitive_type *type = primitive_types[i];
         if (!type->sample_toward) continue;
@@ -403,15 +415,21 @@ static void directions_are_drawn_by_solid_angle(void **state) {
         for (int n = 0; n < 60; n++) {
             any_desc desc;
             double scale = scales[n % SCALES];
-            example(type, false, scale, &desc);
+            example(type, true, scale, &desc);
             ball around = ball_around(type, &desc);
-            double far = around.radius * exp2(14 * uniform());
+            double far = around.radius * exp2((type->flat ? 6 : 14) * uniform() - 0.005);
+            if (type->flat && n % 4 == 0) far *= 0.2; /* near, beside or above it */
             dvec3 from = dvec3_add(around.center, dvec3_scale(direction(), far));
-            check_density(type, &desc, from);
+            surface middle;
+            type->sample_area(&desc, 0, 0.5, 0.5, &middle);
+            dvec3 d = dvec3_normalize(dvec3_sub(middle.p, from));
+            if (type->pdf_toward(&desc, from, d) == 0) continue; /* too small: the area is used */
+            densities++;
+            check_density(type, &desc, from, around);
             for (int k = 0; k < 200; k++) check_toward(type, &desc, from, around.radius);
         }
     }
-    assert_true(tested >= 1);
+    assert_true(tested >= 2 && densities > 50 * tested);
 }
 
 static void a_sphere_fills_a_cone(void **state) {

@@ -32,6 +32,7 @@ static const char *member_type(field_kind kind) {
     case FIELD_UINTS: return "const uint32_t *";
     case FIELD_BYTES: return "const void *";
     case FIELD_MATERIALS: return "const snell_material_id *";
+    case FIELD_KEYS: return "const snell_motion_key *";
     }
     return "";
 }

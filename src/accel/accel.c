@@ -107,12 +107,15 @@ static snell_status copy_instances(accel *a, const accel_input *input, build_ref
                                             .identity = from->identity,
                                             .flat = g->type->flat,
                                             .bounds = g->bounds,
+                                            .moves = from->moves,
                                             .to_local = from->to_local};
         if (g->type->unbounded) {
             a->unbounded[a->unbounded_count++] = (uint32_t)i;
             continue;
         }
-        bounds3 box = from->identity ? g->bounds : transform_bounds(&from->to_world, g->bounds);
+        bounds3 box = from->moves      ? motion_bounds(from->moves, g->bounds)
+                      : from->identity ? g->bounds
+                                       : transform_bounds(&from->to_world, g->bounds);
         if (!bounds3_is_empty(box))
             references[(*reference_count)++] = (build_reference){box.min, (uint32_t)i, box.max, 0};
     }

@@ -16,6 +16,7 @@
 
 #include "base/thread.h"
 #include "geometry/primitive.h"
+#include "maths/motion.h"
 
 typedef struct accel accel;
 
@@ -29,6 +30,8 @@ typedef struct accel_instance {
     uint32_t mask; /* a ray sees it if (ray.mask & mask) != 0 */
     bool identity; /* to_world is the identity: rays are not transformed; else local_ray_make */
     transform to_world, to_local; /* to_local as transform_inverse gives it */
+    const motion
+        *moves; /* by the ray's time, instead of to_world and to_local; borrowed; NULL: still */
 } accel_instance;
 
 typedef struct accel_input {

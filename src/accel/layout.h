@@ -69,7 +69,8 @@ typedef struct frozen_instance {
     const bvh_tree *mesh; /* NULL: an analytic shape */
     uint32_t mask;
     bool identity, flat;
-    bounds3 bounds; /* the shape's, in its own space */
+    bounds3 bounds;      /* the shape's, in its own space */
+    const motion *moves; /* NULL: to_local holds at all times */
     transform to_local;
 } frozen_instance;
 

@@ -49,6 +49,10 @@ void scene_end_read(const snell_scene *s);
 snell_status scene_add_typed(snell_scene *s, category category, const char *type, const void *desc,
                              uint32_t *index1);
 
+/* The same camera; keys are borrowed. */
+snell_view view_from_perspective(const perspective_desc *camera);
+perspective_desc view_to_perspective(const snell_view *view);
+
 /* Bounds of everything that has bounds, before a commit. */
 bounds3 description_bounds(const description *d);
 bool description_has_emission(const description *d);   /* some material shines */

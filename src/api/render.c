@@ -55,6 +55,8 @@ static snell_status settings(const snell_scene *s, snell_integrator which, snell
         .samples = same && r->samples > 0 ? (uint32_t)r->samples : policy->samples,
         .max_depth = own_depth ? (uint32_t)r->max_depth : depth,
         .min_weight = r->min_weight >= 0 ? r->min_weight : DEFAULT_MIN_WEIGHT,
+        .filter = (snell_filter)r->filter,
+        .filter_radius = r->filter_radius,
         .pixel_center = r->pixel_center,
         .transparent = has_clear_background(s->description),
         .seed = (uint64_t)r->seed};
@@ -93,6 +95,11 @@ static snell_status check_render(const snell_render_desc *r) {
     if (!(r->min_weight >= 0 && r->min_weight <= 1))
         return error_set(SNELL_ERR_ARGUMENT, "0 to 1", "min_weight cannot be %g",
                          (double)r->min_weight);
+    if ((int)r->filter < SNELL_FILTER_BOX || r->filter > SNELL_FILTER_BLACKMAN_HARRIS)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "filter %d does not exist", (int)r->filter);
+    if (!(r->filter_radius >= 0 && r->filter_radius <= FILTER_RADIUS_MAX))
+        return error_set(SNELL_ERR_ARGUMENT, "0 to 16 pixels", "filter_radius cannot be %g",
+                         (double)r->filter_radius);
     if (r->wave_size > 1u << 20)
         return error_set(SNELL_ERR_ARGUMENT, "at most 1048576", "wave_size cannot be %u",
                          r->wave_size);
@@ -108,8 +115,7 @@ static snell_status choose_camera(const snell_scene *s, const snell_render_desc 
         return error_set(SNELL_ERR_VERSION, "compile against the library's own header",
                          "snell_render: the view has another version's size");
     if (r->view) {
-        *by_value = (perspective_desc){sizeof *by_value, r->view->from, r->view->at, r->view->up,
-                                       r->view->fov};
+        *by_value = view_to_perspective(r->view);
         snell_status status = desc_check(&camera_perspective.info, by_value, NULL);
         if (!status) status = camera_perspective.check(by_value);
         *type = &camera_perspective;
@@ -137,25 +143,52 @@ static void keep_look(const snell_scene *s, snell_film *f) {
         f->tonemap = choice_find(TONEMAP_CHOICES, s->description->is_model ? "neutral" : "clip");
 }
 
-static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
-    const integrator *policy = NULL;
-    const camera_type *camera = NULL;
-    const void *camera_desc = NULL;
-    perspective_desc by_value;
-    snell_status status = check_render(r);
-    if (!status) status = find_integrator(r->integrator, &policy);
-    if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
-    if (status) return status;
+/* When the shutter is open, which is one moment where nothing moves; and how the camera moves
+ * then: *moved has no steps where it does not. */
+static snell_status open_shutter(const snell_scene *s, const camera_common *camera, double times[2],
+                                 motion *moved) {
     const scene *frozen = s->frozen;
+    scene_shutter(s->description, camera, times);
+    if (camera->motion_count == 0 && frozen->motion_count == 0) {
+        times[1] = times[0];
+        return SNELL_OK;
+    }
+    if (frozen->motion_count && (times[0] < frozen->time_open || times[1] > frozen->time_close))
+        return error_set(SNELL_ERR_STATE, "give a camera of the scene this shutter and commit",
+                         "the shutter is open when nothing was committed for: %g to %g s, not "
+                         "within %g to %g s",
+                         times[0], times[1], frozen->time_open, frozen->time_close);
+    if (camera->motion_count == 0) return SNELL_OK;
+    return motion_prepare(camera->motion, camera->motion_count, times[0], times[1], moved);
+}
+
+static snell_status render_with(const snell_scene *s, const snell_render_desc *r,
+                                const camera_type *camera, const void *camera_desc,
+                                const integrator *policy, snell_film *out) {
+    const scene *frozen = s->frozen;
+    double times[2];
+    motion moved = {NULL, 0};
+    pixel_filter filter;
+    snell_status status = open_shutter(s, camera_desc, times, &moved);
+    if (status) return status;
+    if (!pixel_filter_create((int)r->filter, (double)r->filter_radius, &filter)) {
+        motion_free(&moved);
+        return error_no_memory();
+    }
     camera_frame frame;
-    camera->prepare(camera_desc, r->width, r->height, &frame);
+    camera_prepare(camera, camera_desc, r->width, r->height, moved.count ? &moved : NULL, &frame);
     bool crop = r->crop_width > 0;
     render_options options = {
         .wave = {.scene = frozen,
                  .integrator = policy,
                  .camera = camera,
                  .frame = frame,
-                 .camera_media = media_around(frozen, s->context->isa, frame.position),
+                 /* A lens, or the plane of parallel rays, counts as being where its middle is. */
+                 .camera_media =
+                     media_around(frozen, s->context->isa, frame.position, (float)times[0]),
+                 .filter = &filter,
+                 .shutter_open = times[0],
+                 .shutter_close = times[1],
                  .width = r->width,
                  .height = r->height,
                  .samples = r->samples,
@@ -173,7 +206,21 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
         .progress = r->progress,
         .user = r->user};
     keep_look(s, out);
-    return render_film(&options, s->context->pool, &out->film, &out->stats);
+    status = render_film(&options, s->context->pool, &out->film, &out->stats);
+    pixel_filter_free(&filter);
+    motion_free(&moved);
+    return status;
+}
+
+static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
+    const integrator *policy = NULL;
+    const camera_type *camera = NULL;
+    const void *camera_desc = NULL;
+    perspective_desc by_value;
+    snell_status status = check_render(r);
+    if (!status) status = find_integrator(r->integrator, &policy);
+    if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
+    return status ? status : render_with(s, r, camera, camera_desc, policy, out);
 }
 
 snell_status snell_render(const snell_scene *s, const snell_render_desc *desc, snell_film *f) {

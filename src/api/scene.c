@@ -114,6 +114,9 @@ static snell_status check_load(const char *path, const snell_load_desc *desc) {
     for (size_t i = 0; i < desc->asset_dir_count; i++)
         if (desc->asset_dirs[i] == NULL)
             return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a folder is NULL");
+    if (desc->frame > FRAME_MAX)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: frame %u; at most %d",
+                         desc->frame, FRAME_MAX);
     if (!desc->allow_helper)
         return error_set(SNELL_ERR_UNSUPPORTED, "set allow_helper",
                          "files are read by snell-import, which was not allowed");
@@ -133,6 +136,7 @@ snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load
                                          .asset_dir_count = desc->asset_dir_count,
                                          .up = desc->up,
                                          .allow_programs = desc->allow_programs,
+                                         .frame = desc->frame,
                                          .memory_max = desc->memory_max},
                               .format = desc->format,
                               .time_max = desc->time_max,
@@ -233,7 +237,22 @@ snell_status snell_scene_set_instance_transform(snell_scene *s, snell_instance_i
     if (!status && !transform_inverse(to_world, &inverse))
         status = error_set(SNELL_ERR_ARGUMENT, "a scale of 0 squashes the shape flat",
                            "the transform cannot be inverted");
+    if (!status) status = description_set_motion(s->description, id.index1 - 1, NULL, 0);
     if (!status) at->to_world = *to_world;
+    scene_end_edit(s);
+    return status;
+}
+
+snell_status snell_scene_set_instance_motion(snell_scene *s, snell_instance_id id,
+                                             const snell_motion_key *keys, size_t count) {
+    if (keys == NULL || count == 0)
+        return error_set(SNELL_ERR_ARGUMENT, "snell_scene_set_instance_transform ends a motion",
+                         "a motion needs a key");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    instance *at = NULL;
+    status = find_instance(s, id, &at);
+    if (!status) status = description_set_motion(s->description, id.index1 - 1, keys, count);
     scene_end_edit(s);
     return status;
 }
@@ -296,6 +315,40 @@ snell_status snell_scene_set_ambient(snell_scene *s, snell_vec3 color) {
     desc_init(&setting_ambient, &desc);
     desc.color = color;
     return set_setting(s, &setting_ambient, &desc);
+}
+
+snell_status snell_scene_set_animation(snell_scene *s, const snell_animation *clock) {
+    if (clock == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (clock->struct_size != sizeof *clock)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    animation_desc desc;
+    desc_init(&setting_animation, &desc);
+    desc.fps = clock->fps;
+    desc.first = clock->first;
+    desc.last = clock->last;
+    desc.frame = clock->frame;
+    return set_setting(s, &setting_animation, &desc);
+}
+
+snell_status snell_scene_get_animation(const snell_scene *s, snell_animation *out) {
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (out->struct_size != sizeof *out)
+        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    const object *said = description_setting(s->description, "animation");
+    *out = SNELL_INIT(animation);
+    out->frame_count = 0;
+    if (said) {
+        const animation_desc *clock = said->desc;
+        out->fps = clock->fps;
+        out->first = clock->first;
+        out->last = clock->last;
+        out->frame = clock->frame;
+        out->frame_count = (uint32_t)(clock->last - clock->first + 1);
+    }
+    scene_end_read(s);
+    return SNELL_OK;
 }
 
 /* ---- commit ---- */
@@ -448,6 +501,27 @@ snell_status snell_scene_get_camera(const snell_scene *s, uint32_t index, snell_
     return status;
 }
 
+snell_view view_from_perspective(const perspective_desc *c) {
+    snell_view v = SNELL_INIT(view);
+    v.from = c->from, v.at = c->at, v.up = c->up, v.fov = c->fov;
+    v.lens_radius = c->lens_radius, v.focus = c->focus;
+    v.blades = c->blades, v.blade_rotation = c->blade_rotation;
+    v.shutter = c->shutter;
+    v.motion = c->motion, v.motion_count = c->motion_count;
+    return v;
+}
+
+perspective_desc view_to_perspective(const snell_view *v) {
+    perspective_desc c;
+    desc_init(&camera_perspective.info, &c);
+    c.from = v->from, c.at = v->at, c.up = v->up, c.fov = v->fov;
+    c.lens_radius = v->lens_radius, c.focus = v->focus;
+    c.blades = v->blades, c.blade_rotation = v->blade_rotation;
+    c.shutter = v->shutter;
+    c.motion = v->motion, c.motion_count = v->motion ? v->motion_count : 0;
+    return c;
+}
+
 static snell_status get_view(const description *d, snell_camera_id camera, snell_view *out) {
     const object_list *list = &d->objects[CATEGORY_CAMERA];
     uint32_t index = camera.index1 ? camera.index1 - 1 : 0;
@@ -457,9 +531,7 @@ static snell_status get_view(const description *d, snell_camera_id camera, snell
     if (o->type != &camera_perspective.info)
         return error_set(SNELL_ERR_UNSUPPORTED, NULL, "a camera of type %s has no view",
                          o->type->name);
-    const perspective_desc *c = o->desc;
-    *out = SNELL_INIT(view);
-    out->from = c->from, out->at = c->at, out->up = c->up, out->fov = c->fov;
+    *out = view_from_perspective(o->desc);
     return SNELL_OK;
 }
 

@@ -12,8 +12,11 @@ bounds3 description_bounds(const description *d) {
         if (at->removed) continue;
         const object *shape = &d->objects[CATEGORY_SHAPE].items[at->shape];
         const primitive_type *type = (const primitive_type *)shape->type;
-        if (!type->unbounded)
-            all = bounds3_union(all, transform_bounds(&at->to_world, type->bounds(shape->desc)));
+        if (type->unbounded) continue;
+        bounds3 own = type->bounds(shape->desc);
+        all = bounds3_union(all, transform_bounds(&at->to_world, own));
+        for (size_t k = 1; k < at->key_count; k++)
+            all = bounds3_union(all, transform_bounds(&at->keys[k].transform, own));
     }
     return all;
 }
@@ -69,8 +72,10 @@ static snell_status studio_camera(snell_scene *s, const float direction[2], bool
     if (has_camera && direction == NULL) {
         const object *camera = &d->objects[CATEGORY_CAMERA].items[0];
         if (camera->type == &camera_perspective.info) {
-            const perspective_desc *c = camera->desc;
-            view->from = c->from, view->at = c->at, view->up = c->up, view->fov = c->fov;
+            *view = view_from_perspective(camera->desc);
+        } else { /* every camera has these */
+            const camera_common *c = camera->desc;
+            view->from = c->from, view->at = c->at, view->up = c->up;
         }
         return SNELL_OK;
     }
@@ -86,7 +91,7 @@ static snell_status studio_camera(snell_scene *s, const float direction[2], bool
     bounds3 bounds = description_bounds(d);
     snell_status status = snell_view_frame(view, &bounds, azimuth, elevation, aspect);
     if (status || has_camera) return status;
-    perspective_desc desc = {sizeof desc, view->from, view->at, view->up, view->fov};
+    perspective_desc desc = view_to_perspective(view);
     uint32_t index1;
     *added = true;
     return scene_add_typed(s, CATEGORY_CAMERA, "perspective", &desc, &index1);

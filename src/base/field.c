@@ -14,6 +14,7 @@ size_t field_element_size(field_kind kind) {
     case FIELD_UINTS: return sizeof(uint32_t);
     case FIELD_BYTES: return 1;
     case FIELD_MATERIALS: return sizeof(snell_material_id);
+    case FIELD_KEYS: return sizeof(snell_motion_key);
     default: return 0;
     }
 }
@@ -52,10 +53,11 @@ const char *field_kind_name(field_kind kind) {
                                         [FIELD_MATERIAL] = "material",
                                         [FIELD_TRANSFORM] = "transform",
                                         [FIELD_VEC3S] = "list of {x, y, z}",
-                                        [FIELD_VEC2S] = "list of {u, v}",
+                                        [FIELD_VEC2S] = "list of pairs",
                                         [FIELD_UINTS] = "list of integers",
                                         [FIELD_BYTES] = "bytes",
-                                        [FIELD_MATERIALS] = "list of materials"};
+                                        [FIELD_MATERIALS] = "list of materials",
+                                        [FIELD_KEYS] = "list of keys, or function"};
     return names[kind];
 }
 

@@ -35,7 +35,8 @@ typedef enum field_kind {
     FIELD_VEC2S,     /* const snell_vec2 *NAME; size_t NAME_count */
     FIELD_UINTS,     /* const uint32_t *NAME; size_t NAME_count */
     FIELD_BYTES,     /* const void *NAME; size_t NAME_count */
-    FIELD_MATERIALS  /* const snell_material_id *NAME; size_t NAME_count */
+    FIELD_MATERIALS, /* const snell_material_id *NAME; size_t NAME_count */
+    FIELD_KEYS       /* const snell_motion_key *NAME; size_t NAME_count */
 } field_kind;
 
 enum field_flags {
@@ -117,6 +118,10 @@ typedef struct type_info {
     size_t name##_count;
 #define FIELD_MEMBER_MATERIALS(name)                                                               \
     const snell_material_id *name;                                                                 \
+    size_t name##_count;
+
+#define FIELD_MEMBER_KEYS(name)                                                                    \
+    const snell_motion_key *name;                                                                  \
     size_t name##_count;
 
 /* A list of fields is a macro of two arguments, passed on: what to do with each field, and the

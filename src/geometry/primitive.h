@@ -73,8 +73,10 @@ typedef struct primitive_type {
     /* Optional, better: sampling by the solid angle that the shape subtends at `from` (own space).
      * NULL, or false: use the area.
      * sample_toward: the point that is seen from `from` in a direction drawn uniformly over that
-     * solid angle, pdf per sr; (.5, .5) points to the centre.
-     * pdf_toward: the density for a direction d (unit) that hits the shape; 0: use the area. */
+     * solid angle, pdf per sr; (.5, .5) is the middle of it: a sphere's centre, but not always a
+     * quad's. No occlusion by the shape itself: it is the first of its points that way.
+     * pdf_toward: the density for a direction d (unit) that hits the shape; 0: use the area. Both
+     * agree on when that is. */
     bool (*sample_toward)(const void *desc, dvec3 from, double u, double v, surface *out,
                           double *pdf_solid_angle);
     double (*pdf_toward)(const void *desc, dvec3 from, dvec3 d);

@@ -2,6 +2,7 @@
  * faces cross(u, v). */
 #include "base/error.h"
 #include "geometry/surface.h"
+#include "maths/functions.h"
 
 #define QUAD_FIELDS(F, T)                                                                          \
     F(T, corner, VEC3, NO_DEFAULT, REQUIRED, "m", "one corner")                                    \
@@ -97,6 +98,78 @@ static void sample_area(const void *desc, uint32_t primitive, double u, double v
     *out = surface_at(desc, u, v);
 }
 
+/* A rectangle seen from a point: Urena, Fajardo, King, An Area-Preserving Parametrization for Spherical
+ * Rectangles, EGSR 2013. x and y are its sides' directions, z points to its plane's far side. */
+typedef struct seen {
+    dvec3 x, y;
+    double x0, x1, y0, y1; /* the corners, from the point's foot on the plane */
+    double z0;             /* minus the distance to the plane */
+    double b0, b1, k;
+    double angle; /* the solid angle, sr */
+} seen;
+
+/* Below this the angles' sum has lost too many digits; the area is as good for something so small.
+ */
+#define SOLID_ANGLE_MIN 1e-4
+
+/* The angle between two neighbouring sides' planes is the arc cosine of minus the product of their
+ * normals' z. False: no rectangle, edge-on, or too small. */
+static bool see(const quad_desc *quad, dvec3 from, seen *out) {
+    dvec3 u = dvec3_from(quad->u), v = dvec3_from(quad->v);
+    double width = dvec3_length(u), height = dvec3_length(v);
+    if (!(fabs(dvec3_dot(u, v)) <= 1e-6 * width * height)) return false;
+    out->x = dvec3_scale(u, 1 / width);
+    out->y = dvec3_scale(v, 1 / height);
+    dvec3 f = dvec3_sub(dvec3_from(quad->corner), from), n = dvec3_cross(out->x, out->y);
+    double z = -fabs(dvec3_dot(f, n)), size = width + height + dvec3_length(f);
+    out->x0 = dvec3_dot(f, out->x);
+    out->x1 = out->x0 + width;
+    out->y0 = dvec3_dot(f, out->y);
+    out->y1 = out->y0 + height;
+    out->z0 = z;
+    if (!(z < -1e-6 * size)) return false;
+    double n0 = -out->y0 / sqrt(z * z + out->y0 * out->y0);
+    double n1 = out->x1 / sqrt(z * z + out->x1 * out->x1);
+    double n2 = out->y1 / sqrt(z * z + out->y1 * out->y1);
+    double n3 = -out->x0 / sqrt(z * z + out->x0 * out->x0);
+    double g2 = fn_acos(-n2 * n3), g3 = fn_acos(-n3 * n0);
+    out->b0 = n0;
+    out->b1 = n2;
+    out->k = 2 * PI - g2 - g3;
+    out->angle = fn_acos(-n0 * n1) + fn_acos(-n1 * n2) - out->k;
+    return out->angle >= SOLID_ANGLE_MIN;
+}
+
+/* u chooses the vertical line that cuts off that share of the angle, v the height on it, where the
+ * angle grows with h / sqrt(d^2 + h^2). (The paper's section 4; its formulas (2) to (4).) */
+static bool sample_toward(const void *desc, dvec3 from, double u, double v, surface *out,
+                          double *pdf_solid_angle) {
+    const quad_desc *quad = desc;
+    seen s;
+    if (!see(quad, from, &s)) return false;
+    double a = u * s.angle + s.k, sine = fn_sin(a);
+    double f = (fn_cos(a) * s.b0 - s.b1) / sine;
+    double c = (f > 0 ? 1 : -1) / sqrt(f * f + s.b0 * s.b0);
+    if (!(c >= -1 && c <= 1)) c = c < 0 ? -1 : 1; /* also where the sine is 0 */
+    double away = sqrt(double_max(1 - c * c, 1e-30));
+    double x = double_min(double_max(-c * s.z0 / away, s.x0), s.x1);
+    double square = x * x + s.z0 * s.z0;
+    double h0 = s.y0 / sqrt(square + s.y0 * s.y0), h1 = s.y1 / sqrt(square + s.y1 * s.y1);
+    double h = h0 + v * (h1 - h0);
+    double y = h * h < 1 - 1e-12 ? h * sqrt(square) / sqrt(1 - h * h) : s.y1;
+    y = double_min(double_max(y, s.y0), s.y1);
+    *out =
+        surface_at(quad, clamp01((x - s.x0) / (s.x1 - s.x0)), clamp01((y - s.y0) / (s.y1 - s.y0)));
+    *pdf_solid_angle = 1 / s.angle;
+    return true;
+}
+
+static double pdf_toward(const void *desc, dvec3 from, dvec3 d) {
+    (void)d;
+    seen s;
+    return see(desc, from, &s) ? 1 / s.angle : 0;
+}
+
 extern const primitive_type primitive_quad;
 const primitive_type primitive_quad = {
     .info = TYPE_INFO(CATEGORY_SHAPE, quad, "quad", "a parallelogram, such as a rectangle"),
@@ -107,4 +180,6 @@ const primitive_type primitive_quad = {
     .surface = fill_surface,
     .area = area,
     .sample_area = sample_area,
+    .sample_toward = sample_toward,
+    .pdf_toward = pdf_toward,
 };

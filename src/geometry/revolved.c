@@ -96,6 +96,7 @@ bounds3 revolved_bounds(const revolved *shape) {
 typedef struct axis_ray {
     dvec3 o, d;
     double square, shift, middle; /* square: of d's length; middle: height of the axis' middle */
+    double climb, nearest;        /* 1 / d.y; where it is nearest to the axis */
 } axis_ray;
 
 static bool axis_ray_make(const revolved *shape, const local_ray *beam, axis_ray *out) {
@@ -107,6 +108,9 @@ static bool axis_ray_make(const revolved *shape, const local_ray *beam, axis_ray
     dvec3 f = dvec3_sub((dvec3){0, out->middle, 0}, out->o);
     out->shift = dvec3_dot(f, out->d) / out->square;
     out->o = dvec3_add(out->o, dvec3_scale(out->d, out->shift));
+    double flat = out->d.x * out->d.x + out->d.z * out->d.z;
+    out->climb = 1 / out->d.y;
+    out->nearest = flat > 0 ? -(out->o.x * out->d.x + out->o.z * out->d.z) / flat : 0;
     return true;
 }
 
@@ -114,22 +118,30 @@ static dvec3 axis_ray_at(const axis_ray *line, double t) {
     return dvec3_add(line->o, dvec3_scale(line->d, t));
 }
 
-/* Cheap and safe: does the ray, while it is at a piece's height, stay outside of its radius? */
+static bool is_beyond(const axis_ray *line, double t, double radius) {
+    dvec3 p = axis_ray_at(line, t);
+    return p.x * p.x + p.z * p.z > radius * radius;
+}
+
+/* Cheap and safe: does the ray, while it is at a piece's height, stay farther from the axis than both
+ * its ends, or nearer? Its squared distance from the axis has one minimum and no maximum between. */
 static bool passes_by(const axis_ray *line, profile_point a, profile_point b) {
     double r = double_max(a.r, b.r), low = double_min(a.y, b.y), high = double_max(a.y, b.y);
     double slack = 0x1p-36 * (r + fabs(low) + fabs(high));
-    dvec3 o = line->o, d = line->d;
-    double flat = d.x * d.x + d.z * d.z, t = 0;
-    if (flat > 0) t = -(o.x * d.x + o.z * d.z) / flat;
-    if (d.y != 0) {
-        double enter = (low - slack - o.y) / d.y, leave = (high + slack - o.y) / d.y;
-        t = double_max(t, double_min(enter, leave));
-        t = double_min(t, double_max(enter, leave));
-    } else if (o.y < low - slack || o.y > high + slack) {
-        return true;
+    low -= slack;
+    high += slack;
+    if (line->d.y == 0) {
+        if (line->o.y < low || line->o.y > high) return true;
+        return is_beyond(line, line->nearest, r + slack);
     }
-    dvec3 p = axis_ray_at(line, t);
-    return p.x * p.x + p.z * p.z > (r + slack) * (r + slack);
+    double one = (low - line->o.y) * line->climb, other = (high - line->o.y) * line->climb;
+    double enter = double_min(one, other), leave = double_max(one, other);
+    if (is_beyond(line, double_min(double_max(line->nearest, enter), leave), r + slack))
+        return true;
+    double inner = double_min(a.r, b.r) - slack;
+    if (!(inner > 0)) return false;
+    dvec3 p = axis_ray_at(line, enter), q = axis_ray_at(line, leave);
+    return p.x * p.x + p.z * p.z < inner * inner && q.x * q.x + q.z * q.z < inner * inner;
 }
 
 /* Is a point of the piece's cone, or plane, on the piece? The mirrored half of the cone, where the

@@ -102,11 +102,15 @@ static void sample_area(const void *desc, uint32_t primitive, double u, double v
 }
 
 /* The cone that the sphere fills at `from`: the squared sine of its half-angle and 1 - the cosine,
- * which a tiny or far sphere would lose if it were subtracted. False: not outside. */
+ * which a tiny or far sphere would lose if it were subtracted. False: not outside, or so close that
+ * it might not be: a point of the sphere itself is as often out of it as in it, and the origin of a
+ * ray that leaves there is a float or two away. */
 static bool cone_from(const sphere_desc *sphere, dvec3 from, double *sin2, double *one_minus_cos) {
     dvec3 f = dvec3_sub(dvec3_from(sphere->center), from);
-    double r = sphere->radius;
-    *sin2 = r * r / dvec3_dot(f, f);
+    double r = sphere->radius, square = dvec3_dot(f, f);
+    double close = r + 0x1p-15 * r + 0x1p-21 * (fabs(from.x) + fabs(from.y) + fabs(from.z));
+    if (!(square > close * close)) return false;
+    *sin2 = r * r / square;
     if (!(*sin2 < 1 && *sin2 > 0)) return false;
     *one_minus_cos = *sin2 / (1 + sqrt(1 - *sin2));
     return true;

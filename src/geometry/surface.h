@@ -47,10 +47,9 @@ static inline bool surface_accept(const local_ray *beam, double t, float *out) {
 /* What the rounding of an origin near p (the directed one, up to an ulp per coordinate, and once more
  * for that of the same origin in another space) may take from the distance to a curved surface. */
 static inline double surface_shift_error(dvec3 p, double curvature) {
-    double bend = 4 * FLOAT_EPSILON * FLOAT_EPSILON * dvec3_dot(p, p) * curvature;
+    double square = FLOAT_EPSILON * FLOAT_EPSILON * dvec3_dot(p, p), bend = 4 * square * curvature;
     /* At a tip the shift is longer than the radius: it cannot take more than its own length. */
-    double whole = 4 * FLOAT_EPSILON * dvec3_length(p);
-    return double_min(bend, whole);
+    return bend * bend <= 16 * square ? bend : 4 * sqrt(square);
 }
 
 /* A surface with everything at its neutral value. */

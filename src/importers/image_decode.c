@@ -19,6 +19,7 @@ void image_free(decoded_image *image) {
 }
 
 const char *image_format_word(const decoded_image *image) {
+    if (image->floats) return "rgba32f";
     return image->channels == 1 ? "gray8" : image->channels == 3 ? "rgb8" : "rgba8";
 }
 
@@ -263,6 +264,10 @@ snell_status image_copy_color(const decoded_image *image, decoded_image *out) {
 
 snell_status image_copy_alpha(const decoded_image *image, decoded_image *out) {
     return copy_channels(image, 3, 1, out);
+}
+
+snell_status image_copy_channel(const decoded_image *image, uint32_t channel, decoded_image *out) {
+    return copy_channels(image, channel < image->channels ? channel : 0, 1, out);
 }
 
 bool image_has_alpha(const decoded_image *image) {

@@ -9,6 +9,7 @@ typedef struct decoded_image {
     uint32_t width, height;
     uint32_t channels; /* 1 grey, 3 RGB, 4 RGBA; 8 bits each */
     uint8_t *pixels;   /* rows, top first, interleaved; free with image_free */
+    bool floats;       /* channels is 4 and pixels are linear floats (image_float.h) */
     bool damaged;      /* a JPEG that ends early or is odd: part of it is grey */
 } decoded_image;
 
@@ -27,6 +28,8 @@ const char *image_format_word(const decoded_image *image);
  * 255 where there is none). */
 snell_status image_copy_color(const decoded_image *image, decoded_image *out);
 snell_status image_copy_alpha(const decoded_image *image, decoded_image *out);
+/* One channel, 0 red to 2 blue; grey where it is all there is. */
+snell_status image_copy_channel(const decoded_image *image, uint32_t channel, decoded_image *out);
 bool image_has_alpha(const decoded_image *image); /* is any pixel less than opaque? */
 
 #endif

@@ -6,8 +6,8 @@ void differential_of_camera(const wave_settings *s, const camera_sample *at, pat
     right.x += step;
     down.y += step;
     vec3 ox, dx, oy, dy;
-    s->camera->ray(&s->frame, &right, &ox, &dx);
-    s->camera->ray(&s->frame, &down, &oy, &dy);
+    if (!camera_ray(s->camera, &s->frame, &right, &ox, &dx)) return;
+    if (!camera_ray(s->camera, &s->frame, &down, &oy, &dy)) return;
     r->differential = (ray_differential){vec3_sub(ox, r->ray.o), vec3_sub(dx, r->ray.d),
                                          vec3_sub(oy, r->ray.o), vec3_sub(dy, r->ray.d)};
     r->has_differential = true;

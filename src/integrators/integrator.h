@@ -12,6 +12,7 @@
 
 #include "image/film.h"
 #include "integrators/media.h"
+#include "sampling/filter.h"
 #include "sampling/sampling.h"
 #include "scene/lights.h"
 
@@ -111,7 +112,9 @@ typedef struct wave_settings {
     const camera_type *camera;
     camera_frame frame;
     media camera_media;
-    uint32_t width, height; /* of the whole picture */
+    const pixel_filter *filter;
+    double shutter_open, shutter_close; /* seconds on the scene's clock; equal: nothing moves */
+    uint32_t width, height;             /* of the whole picture */
     uint32_t samples, max_depth;
     float min_weight;
     uint64_t seed;

@@ -41,18 +41,21 @@ dvec3 media_transmittance(const media *m, const scene *s, double distance) {
 }
 
 /* Walks from p to infinity. A closed surface that is left more often than entered surrounds p. */
-media media_around(const scene *s, snell_isa isa, vec3 p) {
+media media_around(const scene *s, snell_isa isa, vec3 p, float time) {
     media m = {0};
     if (!s->has_media) return m;
     for (uint32_t i = 0; i < s->instance_count; i++) {
         const scene_instance *at = &s->instances[i];
         if (!at->has_medium || !at->type->unbounded || at->type->side == NULL) continue;
-        if (at->type->side(at->shape, transform_point(&at->to_local, dvec3_from(p))) > 0)
+        transform to_local = at->to_local, to_world;
+        if (at->moves && !motion_at(at->moves, time, &to_world, &to_local)) continue;
+        if (at->type->side(at->shape, transform_point(&to_local, dvec3_from(p))) > 0)
             media_enter(&m, i);
     }
     /* An irregular direction, so that the walk meets no edge of what people build. A surface that
      * is left without having been entered on the way surrounds p; the innermost is left first. */
     ray r = ray_make(p, (vec3){0.5477226f, 0.7745967f, 0.3162278f}, 0, INFINITY);
+    r.time = time;
     media entered = {0}, around = {0};
     for (int step = 0; step < 10000; step++) {
         hit h;

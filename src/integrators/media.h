@@ -23,6 +23,6 @@ bool media_leave(media *m, uint32_t id);
 dvec3 media_transmittance(const media *m, const scene *s, double distance);
 /* The media around a point that lies on no surface: one walk along a ray through all hits, and a
  * look at which side of each plane it is on. */
-media media_around(const scene *s, snell_isa isa, vec3 p);
+media media_around(const scene *s, snell_isa isa, vec3 p, float time);
 
 #endif

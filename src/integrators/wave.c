@@ -276,6 +276,28 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
 
 /* ---- shadows ---- */
 
+/* A smooth face between media of one ior: light goes straight on, and in `path` that is no new
+ * direction. Of what is there in part, that is only true of what has entered. */
+static bool goes_straight_on(const bsdf *b) {
+    return b->lobe_count == 1 && b->lobes[0].type->class == LOBE_INTERFACE &&
+           !b->lobes[0].type->thin && b->ior1 == b->ior2;
+}
+
+/* What light that paths would not meet otherwise passes the face of a dielectric: all of it where it
+ * goes straight on, else what finds the solid not there (it meets none of its faces). */
+static dvec3 path_filter(const scene *s, const shade_point *p, double alpha, media *m) {
+    if (p->outside && alpha < 1) return (dvec3){1 - alpha, 1 - alpha, 1 - alpha};
+    const medium *before = media_current(m, s);
+    bool known = p->outside ? media_enter(m, p->instance) : media_leave(m, p->instance);
+    const medium *after = media_current(m, s);
+    if (!known || before == after) return (dvec3){1, 1, 1};
+    bsdf b;
+    material_evaluate(p->material, &p->at, &b);
+    b.ior1 = before->ior;
+    b.ior2 = after->ior;
+    return goes_straight_on(&b) ? bsdf_passing(&b) : (dvec3){0, 0, 0};
+}
+
 /* What one surface lets through straight on: 1 - alpha, and at the face of a dielectric 1 - F of
  * its colour. The angle of a straight ray counts as that in the rarer medium, at both faces: then a
  * pane lets through exactly what Fresnel's formulas say (light that leaves it again is never
@@ -288,8 +310,13 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
     dvec3 sum = {through, through, through};
+    bsdf b;
+    if (p->material->thin) {
+        material_evaluate(p->material, &p->at, &b);
+        return dvec3_add(sum, dvec3_scale(bsdf_straight(&b, dvec3_dot(p->wo, p->ns)), alpha));
+    }
     if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;
-    bool straight = !w->settings.integrator->one_branch;
+    if (w->settings.integrator->one_branch) return path_filter(s, p, alpha, m);
     const medium *before = media_current(m, s);
     if (p->outside)
         media_enter(m, p->instance);
@@ -298,9 +325,7 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     const medium *after = media_current(m, s);
     if (before == after) return (dvec3){1, 1, 1}; /* a face inside what has priority */
     double ior1 = double_min(before->ior, after->ior), ior2 = double_max(before->ior, after->ior);
-    if (!straight && ior1 != ior2) return sum; /* it would be refracted */
     double pass = alpha * (1 - fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2));
-    bsdf b;
     material_evaluate(p->material, &p->at, &b);
     return dvec3_add(sum, dvec3_scale(bsdf_passing(&b), pass));
 }
@@ -389,9 +414,12 @@ static bool cross_interface(wave *w, const path_ray *r, const shade_point *p, bs
 }
 
 /* Of what is there in part, a path meets all or nothing. The draw is the surface's own, so that two
- * that coincide are independent. */
+ * that coincide are independent, and the place's: a ball is met twice. */
 static bool is_there(const wave *w, const path_ray *r, const hit *h, double alpha) {
-    uint64_t code = r->code ^ hash_mix((uint64_t)h->instance << 32 | h->primitive);
+    uint32_t place;
+    memcpy(&place, &h->t, sizeof place);
+    uint64_t code =
+        r->code ^ hash_mix(((uint64_t)h->instance << 32 | h->primitive) + hash_mix(place));
     uint64_t stream = sample_stream(w->streams[r->pixel], code, SAMPLE_ALPHA);
     return sample_point(stream, r->sample).x < alpha;
 }
@@ -426,7 +454,16 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     }
     if (r->primary && w->settings.transparent)
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
+    bool straight = w->settings.integrator->one_branch && b.alpha >= 1 && goes_straight_on(&b);
+    if (straight) b.lobe_count = 0; /* it only shines */
     w->settings.integrator->hit(w, r, &p, &b);
+    if (straight) {
+        r->primary = false; /* the surface has covered the pixel, as one that refracts has */
+        emit_continued(w, r, h, b.lobes[0].weight, &w->beyond);
+    }
+    /* It hides nothing from shadow rays, so not from these either: its light comes on top. */
+    if (w->settings.scene->instances[h->instance].hidden_light)
+        emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
 }
 
 static void handle_miss(wave *w, path_ray *r) {
@@ -479,18 +516,34 @@ static void advance(block_cursor *c) {
     c->sample++;
 }
 
-/* The next camera ray, into room that the pool has. */
+static sample2 camera_point(const wave *w, const block_cursor *c, sample_purpose purpose) {
+    return sample_point(sample_stream(w->streams[c->pixel], PATH_CODE_CAMERA, purpose), c->sample);
+}
+
+static camera_sample sample_camera(const wave *w, const block_cursor *c) {
+    const wave_settings *s = &w->settings;
+    double x = 0, y = 0, moment = 0; /* from the pixel's centre; of the shutter's time */
+    if (!s->pixel_center) {
+        sample2 place = camera_point(w, c, SAMPLE_PIXEL);
+        x = pixel_filter_offset(s->filter, place.x);
+        y = pixel_filter_offset(s->filter, place.y);
+    }
+    if (s->shutter_close > s->shutter_open) moment = camera_point(w, c, SAMPLE_TIME).x;
+    camera_sample at = {
+        .x = c->x + (0.5 + x),
+        .y = c->y + (0.5 + y),
+        .time = (float)(s->shutter_open + (s->shutter_close - s->shutter_open) * moment)};
+    if (s->frame.lens_radius > 0) at.lens = camera_point(w, c, SAMPLE_LENS);
+    return at;
+}
+
+/* The next camera ray, into room that the pool has; none where the camera sees nothing. */
 static void push_camera_ray(wave *w, const block_cursor *c) {
     const wave_settings *s = &w->settings;
-    sample2 place = {0.5, 0.5};
-    if (!s->pixel_center) {
-        uint64_t stream = sample_stream(w->streams[c->pixel], PATH_CODE_CAMERA, SAMPLE_PIXEL);
-        place = sample_point(stream, c->sample);
-    }
-    camera_sample at = {c->x + place.x, c->y + place.y};
-    path_ray *r = &w->pool[w->pool_count++];
+    camera_sample at = sample_camera(w, c);
     vec3 o, d;
-    s->camera->ray(&s->frame, &at, &o, &d);
+    if (!camera_ray(s->camera, &s->frame, &at, &o, &d)) return;
+    path_ray *r = &w->pool[w->pool_count++];
     *r = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
                     .weight = {1, 1, 1},
                     .pixel = c->pixel,
@@ -502,6 +555,7 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
                     .coverage = 1};
     r->ray.mask = ~(uint32_t)MASK_LIGHT_HIDDEN;
     if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
+    r->ray.time = at.time;
     w->stats.rays[RAY_CAMERA]++;
 }
 
@@ -522,7 +576,9 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     while (next.sample < w->settings.samples || w->pool_count > 0) {
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
          * starve the kernel. */
-        for (; next.sample < w->settings.samples && w->pool_count < size; advance(&next))
+        for (size_t tried = 0; next.sample < w->settings.samples && w->pool_count < size &&
+                               tried < size; /* a camera may have no ray for any of them */
+             advance(&next), tried++)
             push_camera_ray(w, &next);
         size_t bite = w->pool_count > 2 * size ? SMALL_BITE : size;
         if (bite > size) bite = size;

@@ -1,5 +1,7 @@
 #include "materials/material.h"
 
+#include "maths/functions.h"
+
 #define MATERIAL(name) extern const material_type material_##name;
 #include "materials/materials.def"
 #undef MATERIAL
@@ -9,6 +11,12 @@ const material_type *const material_types[] = {
 #undef MATERIAL
 };
 const uint32_t material_type_count = sizeof material_types / sizeof material_types[0];
+
+dvec3 medium_attenuation(dvec3 color, double distance) {
+    if (!(distance > 0)) return (dvec3){0, 0, 0};
+    double scale = -1 / distance;
+    return (dvec3){fn_log(color.x) * scale, fn_log(color.y) * scale, fn_log(color.z) * scale};
+}
 
 double material_alpha(const material *m, const material_point *point) {
     const material_common *common = m->desc;

@@ -100,9 +100,6 @@ typedef struct facet {
     double cos_o, cos_i, cos_h, facing; /* facing = wo.h = wi.h */
 } facet;
 
-/* n.v of a direction in the surface's own plane; finite densities want more than 0. */
-static const double COS_MIN = 1e-9;
-
 static bool find_facet(dvec3 n, dvec3 wo, dvec3 wi, facet *out) {
     out->cos_i = dvec3_dot(n, wi);
     if (!(out->cos_i > 0)) return false;

@@ -19,7 +19,8 @@ enum { MESSAGES_MAX = 200 };
 
 typedef snell_status check_fn(const void *desc);
 
-static const type_info *const settings[] = {&setting_render, &setting_background, &setting_ambient};
+static const type_info *const settings[] = {&setting_render, &setting_background, &setting_ambient,
+                                            &setting_animation};
 
 /* The index-th type of a category, NULL at the end; its own check (may be NULL) in *check. */
 static const type_info *registered(category which, uint32_t index, check_fn **check) {
@@ -190,7 +191,11 @@ void description_rewind(description *d, const description_mark *mark) {
         while (list->count > mark->objects[c]) free_object(&list->items[--list->count]);
         rebuild_names(list);
     }
-    while (d->instance_count > mark->instances) free(d->instances[--d->instance_count].name);
+    while (d->instance_count > mark->instances) {
+        instance *last = &d->instances[--d->instance_count];
+        free(last->name);
+        free(last->keys);
+    }
     while (d->param_count > mark->params) free_param(&d->params[--d->param_count]);
     while (d->message_count > mark->messages) free_message(&d->messages[--d->message_count]);
 }
@@ -442,6 +447,24 @@ snell_status description_add_instance(description *d, uint32_t shape, uint32_t m
     }
     if (index) *index = (uint32_t)d->instance_count;
     d->instances[d->instance_count++] = made;
+    return SNELL_OK;
+}
+
+snell_status description_set_motion(description *d, uint32_t index, const motion_key *keys,
+                                    size_t count) {
+    instance *at = &d->instances[index];
+    motion_key *copy = NULL;
+    if (count) {
+        snell_status status = motion_check(keys, count, "motion");
+        if (status) return status;
+        copy = memory_resize(NULL, count, sizeof *copy);
+        if (copy == NULL) return error_no_memory();
+        memcpy(copy, keys, count * sizeof *copy);
+        at->to_world = copy[0].transform;
+    }
+    free(at->keys);
+    at->keys = copy;
+    at->key_count = count;
     return SNELL_OK;
 }
 

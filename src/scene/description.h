@@ -9,7 +9,7 @@
 
 #include "base/error.h"
 #include "base/field.h"
-#include "maths/vec.h"
+#include "maths/motion.h"
 
 typedef struct object {
     const type_info *type;
@@ -33,6 +33,9 @@ typedef struct instance {
     uint32_t shape;    /* index into objects[CATEGORY_SHAPE] */
     uint32_t material; /* index into objects[CATEGORY_MATERIAL], or NO_MATERIAL: grey Lambert */
     transform to_world;
+    motion_key
+        *keys; /* owned; key_count 0: it stands still at to_world, else to_world is its first */
+    size_t key_count;
     char *name; /* owned; "" when unnamed */
     uint32_t line, generation;
     bool removed;
@@ -88,6 +91,9 @@ snell_status description_add_desc(description *d, const type_info *type, const v
 snell_status description_add_instance(description *d, uint32_t shape, uint32_t material,
                                       const transform *to_world, object_source source,
                                       uint32_t *index);
+/* The instance moves by these keys, which are checked and copied; count 0: it stands still again. */
+snell_status description_set_motion(description *d, uint32_t instance, const motion_key *keys,
+                                    size_t count);
 snell_status description_add_param(description *d, const char *name, const char *kind,
                                    const char *value, const char *default_value, const char *help);
 /* A warning or note about the file; at most 200 are kept, repeated texts once. */

@@ -38,7 +38,7 @@ static snell_status find_emitters(scene *s) {
     size_t capacity = 0, count = 0;
     for (uint32_t i = 0; i < s->instance_count; i++) {
         scene_instance *at = &s->instances[i];
-        at->similar = keeps_angles(&at->to_world);
+        at->similar = at->moves == NULL && keeps_angles(&at->to_world);
         at->first_emitter = (uint32_t)count;
         if (at->type->area == NULL) continue;
         uint32_t primitives = primitive_count(at);
@@ -66,8 +66,10 @@ static snell_status find_emitters(scene *s) {
 /* ---- points on emitters ---- */
 
 /* How much larger an area of the unit normal n (own space) is in the world. */
-static double area_scale(const scene_instance *at, dvec3 n) {
+static double area_scale(const scene_instance *at, float time, dvec3 n) {
     if (at->identity) return 1;
+    scene_instance moved;
+    at = scene_posed(at, time, &moved);
     return fabs(transform_determinant(&at->to_world)) *
            dvec3_length(transform_normal(&at->to_local, n));
 }
@@ -87,16 +89,17 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
     const material_common *common = emitter_material(s, at, e->primitive)->desc;
     light_bounds b = {.low = {INFINITY, INFINITY, INFINITY},
                       .high = {-INFINITY, -INFINITY, -INFINITY},
-                      .cos_spread = at->type->flat ? 1 : -1,
+                      .cos_spread = at->type->flat && !at->moves ? 1 : -1,
                       .cos_emission = 0,
                       .two_sided = common->emit_two_sided};
     double luminance = 0, scale = 0;
+    float time = at->moves ? at->moves->steps[0].time : 0;
     for (int i = 0; i < 4; i++) {
         surface on;
         shade_point p;
         at->type->sample_area(at->shape, e->primitive, places[i].x, places[i].y, &on);
-        scale += area_scale(at, on.n) / 4;
-        scene_surface_point(s, e->instance, e->primitive, 0, &on, (dvec3){0, 0, 0}, &p);
+        scale += area_scale(at, time, on.n) / 4;
+        scene_surface_point(s, e->instance, e->primitive, time, &on, (dvec3){0, 0, 0}, &p);
         p.at.outside = true;
         luminance += LUMINANCE(radiance_at(&p)) / 4;
         b.axis = p.n;
@@ -106,7 +109,10 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
         box = at->type->bounds(at->shape);
     else
         box = mesh_triangle_bounds(at->shape, e->primitive);
-    if (!at->identity) box = transform_bounds(&at->to_world, box);
+    if (at->moves)
+        box = motion_bounds(at->moves, box);
+    else if (!at->identity)
+        box = transform_bounds(&at->to_world, box);
     b.low = dvec3_from(box.min);
     b.high = dvec3_from(box.max);
     b.power = PI * luminance * e->area * scale * (b.two_sided ? 2 : 1);
@@ -212,7 +218,7 @@ static bool sample_emitter(const scene *s, const emitter *e, dvec3 p, float time
     double cosine = -dvec3_dot(shine.n, to_light) / sqrt(distance2);
     shine.at.outside = cosine > 0;
     if (cosine < 0) shine.n = dvec3_negate(shine.n);
-    if (!by_angle) pdf = distance2 / (fabs(cosine) * e->area * area_scale(at, local_n));
+    if (!by_angle) pdf = distance2 / (fabs(cosine) * e->area * area_scale(at, time, local_n));
     if (!(distance2 > 0) || !(pdf > 0) || !isfinite(pdf)) return false;
     *out = (light_sample){.to_light = to_light,
                           .to_end = shadow_end(&shine, p, to_light),
@@ -222,7 +228,8 @@ static bool sample_emitter(const scene *s, const emitter *e, dvec3 p, float time
 }
 
 /* The density with which sample_emitter draws the direction of a point of the emitter. */
-static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const shade_point *on) {
+static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const shade_point *on,
+                          float time) {
     const scene_instance *at = &s->instances[e->instance];
     dvec3 to_light = dvec3_sub(on->p, from);
     double distance2 = dvec3_dot(to_light, to_light);
@@ -235,8 +242,10 @@ static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const sh
     }
     /* n in the shape's own space, for the scale: the inverse of what surface_to_world did. */
     double scale = 1;
-    if (!at->identity)
-        scale = area_scale(at, dvec3_normalize(transform_normal(&at->to_world, on->n)));
+    if (!at->identity) {
+        transform to_world = scene_instance_transform(s, e->instance, time);
+        scale = area_scale(at, time, dvec3_normalize(transform_normal(&to_world, on->n)));
+    }
     double cosine = fabs(dvec3_dot(on->n, to_light)) / sqrt(distance2);
     return distance2 / (cosine * e->area * scale);
 }
@@ -292,10 +301,11 @@ bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3
     if (index < s->light_count) return scene_sample_light(s, index, p, eye, time, middle, out);
     const scene_instance *at = surface_light(s, index);
     uint32_t count = scene_light_center_count(s, index), e = at->first_emitter + k;
-    double chance = 1.0 / count; /* few: each is its own representative */
+    double chance = 1; /* few: each is its own representative */
     if (at->emitter_count > CENTERS_MAX) {
         double u = (k + 0.5) / count;
         e = pick_emitter(s, at, &u, &chance);
+        chance *= count;
     }
     if (!sample_emitter(s, &s->emitters[e], p, time, middle, out)) return false;
     out->pdf *= chance;
@@ -359,11 +369,11 @@ static uint32_t find_emitter(const scene *s, uint32_t id, uint32_t primitive) {
 }
 
 double scene_hit_pdf(const scene *s, dvec3 from, dvec3 n, const shade_point *on, float time) {
-    (void)time;
     uint32_t e = find_emitter(s, on->instance, on->primitive);
     if (e == NO_ID) return 0;
     double chance = light_tree_chance(s->tree, from, n, s->placed_count + e);
-    return chance > 0 ? chance * chance_of_each(s) * emitter_pdf(s, &s->emitters[e], from, on) : 0;
+    return chance > 0 ? chance * chance_of_each(s) * emitter_pdf(s, &s->emitters[e], from, on, time)
+                      : 0;
 }
 
 double scene_miss_pdf(const scene *s, uint32_t index, dvec3 d) {

@@ -6,7 +6,7 @@
 
 #include "base/memory.h"
 
-enum { VERSION = 1, STRING_MAX = 1 << 16, NAME_MAX_SIZE = 1024, PARAMS_MAX = 10000 };
+enum { VERSION = 2, STRING_MAX = 1 << 16, NAME_MAX_SIZE = 1024, PARAMS_MAX = 10000 };
 enum { MESSAGE_RECORDS_MAX = 1000 };
 enum record_kind { RECORD_OBJECT = 1, RECORD_INSTANCE, RECORD_PARAM, RECORD_MESSAGE };
 
@@ -139,6 +139,7 @@ static void put_instance(writer *w, const instance *i) {
     put(w, &i->to_world, sizeof i->to_world);
     put_u32(w, i->line);
     put_string(w, i->name);
+    put_array(w, i->keys, i->key_count, sizeof *i->keys);
 }
 
 static void put_param(writer *w, const scene_param *p) {
@@ -396,8 +397,10 @@ static snell_status read_instance(reader *r) {
     uint32_t shape = get_u32(r), material = get_u32(r);
     transform to_world;
     get(r, &to_world, sizeof to_world);
-    uint32_t line = get_u32(r);
+    uint32_t line = get_u32(r), index;
     const char *name = get_string(r, NAME_MAX_SIZE);
+    size_t key_count;
+    const motion_key *keys = get_array(r, sizeof *keys, &key_count);
     size_t shapes = r->d->objects[CATEGORY_SHAPE].count - r->base.objects[CATEGORY_SHAPE],
            materials = r->d->objects[CATEGORY_MATERIAL].count - r->base.objects[CATEGORY_MATERIAL];
     if (r->failed || r->at != r->end) return wrong("an instance of the wrong size");
@@ -405,8 +408,10 @@ static snell_status read_instance(reader *r) {
         return wrong("an instance of something that does not exist");
     shape += (uint32_t)r->base.objects[CATEGORY_SHAPE];
     if (material != NO_MATERIAL) material += (uint32_t)r->base.objects[CATEGORY_MATERIAL];
-    return description_add_instance(r->d, shape, material, &to_world,
-                                    (object_source){name, NULL, line}, NULL);
+    snell_status status = description_add_instance(r->d, shape, material, &to_world,
+                                                   (object_source){name, NULL, line}, &index);
+    if (!status && key_count) status = description_set_motion(r->d, index, keys, key_count);
+    return status;
 }
 
 static snell_status read_param(reader *r) {

@@ -28,6 +28,30 @@ static bool is_textured(const scene *s, const object *o) {
     return false;
 }
 
+static bool is_thin(const scene *s, const object *o) {
+    const material_type *type = (const material_type *)o->type;
+    if (type->is_thin) return type->is_thin(o->desc);
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
+        const char *at = (const char *)o->desc + o->type->fields[i].offset;
+        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
+        if (part && s->materials[part - 1].thin) return true;
+    }
+    return false;
+}
+
+/* Some materials are as opaque as those that they are made of (earlier ones). */
+static bool has_opaque_parts(const scene *s, const object *o) {
+    if (((const material_type *)o->type)->opacity == NULL) return true;
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
+        const char *at = (const char *)o->desc + o->type->fields[i].offset;
+        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
+        if (part && !s->materials[part - 1].opaque_alpha) return false;
+    }
+    return true;
+}
+
 static bool can_shine(const scene *s, const material *m) {
     const material_common *common = m->desc;
     return vec3_largest(common->emission.value) > 0 ||
@@ -101,11 +125,13 @@ static snell_status freeze_objects(scene *s, const description *d) {
     for (size_t i = 0; i < materials->count; i++) {
         const object *o = &materials->items[i];
         const material_common *common = o->desc;
-        bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1;
+        bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1 &&
+                      has_opaque_parts(s, o);
         s->materials[i] = (material){.type = (const material_type *)o->type,
                                      .desc = o->desc,
                                      .opaque_alpha = opaque,
                                      .textured = is_textured(s, o),
+                                     .thin = is_thin(s, o),
                                      .bends = bends(common)};
         s->materials[i].shines = can_shine(s, &s->materials[i]);
         s->needs_footprint |= common->bump.texture.index1 != 0;
@@ -154,7 +180,8 @@ static uint32_t shadow_mask(const material *m) {
     const material_common *common = m->desc;
     if (common->shadow == SHADOW_NONE) return MASK_NO_SHADOW;
     if (common->shadow == SHADOW_OPAQUE) return MASK_OPAQUE;
-    return material_bounds_medium(m->type, m->desc) || !m->opaque_alpha ? MASK_FILTER : MASK_OPAQUE;
+    bool filters = material_bounds_medium(m->type, m->desc) || m->thin || !m->opaque_alpha;
+    return filters ? MASK_FILTER : MASK_OPAQUE;
 }
 
 /* A mesh of several materials is a filter as soon as one of them is: the walk looks at each
@@ -190,6 +217,23 @@ static void find_medium(const scene *s, scene_instance *at) {
     if (at->has_medium) at->inside = m->type->inside(m->desc);
 }
 
+/* There is room for a motion per instance. */
+static snell_status freeze_motion(scene *s, const instance *from, scene_instance *at) {
+    motion *m = &s->motions[s->motion_count];
+    snell_status status =
+        motion_prepare(from->keys, from->key_count, s->time_open, s->time_close, m);
+    if (status) return status;
+    s->motion_count++;
+    at->to_world = m->steps[0].transform;
+    if (m->count == 1) { /* it stands still while anyone looks */
+        at->identity = transform_is_identity(&at->to_world);
+        return SNELL_OK;
+    }
+    at->moves = m;
+    at->identity = false;
+    return SNELL_OK;
+}
+
 static snell_status freeze_instances(scene *s, const description *d, accel_instance *out) {
     uint32_t count = 0;
     for (size_t i = 0; i < d->instance_count; i++) {
@@ -204,6 +248,13 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
                                                                          : from->material,
                                .identity = transform_is_identity(&from->to_world),
                                .to_world = from->to_world};
+        if (from->key_count) {
+            snell_status status = freeze_motion(s, from, at);
+            if (status) {
+                error_place((source_place){shape->file, from->line, 0});
+                return status;
+            }
+        }
         if (!transform_inverse(&at->to_world, &at->to_local))
             return error_set_at(SNELL_ERR_ARGUMENT, (source_place){shape->file, from->line, 0},
                                 "a scale of 0 squashes the shape flat",
@@ -213,7 +264,8 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
                                       .mask = instance_mask(s, at),
                                       .identity = at->identity,
                                       .to_world = at->to_world,
-                                      .to_local = at->to_local};
+                                      .to_local = at->to_local,
+                                      .moves = at->moves};
         s->has_filters |= out[count].mask == MASK_FILTER || at->has_medium;
         s->has_media |= at->has_medium;
         s->instance_ids[count++] = (uint32_t)i;
@@ -233,13 +285,16 @@ static void freeze_bodies(scene *s, uint32_t shape_count, accel_geometry *geomet
                                                .shape = shape->desc,
                                                .shape_index = NO_ID,
                                                .material = s->material_count + 1 + i,
+                                               .hidden_light = !shape->visible,
                                                .identity = true,
                                                .to_world = transform_identity(),
                                                .to_local = transform_identity()};
         s->instance_ids[index] = NO_ID;
-        instances[index] =
-            (accel_instance){shape_count + i, shape->visible ? MASK_LIGHT : MASK_LIGHT_HIDDEN, true,
-                             transform_identity(), transform_identity()};
+        instances[index] = (accel_instance){.geometry = shape_count + i,
+                                            .mask = shape->visible ? MASK_LIGHT : MASK_LIGHT_HIDDEN,
+                                            .identity = true,
+                                            .to_world = transform_identity(),
+                                            .to_local = transform_identity()};
     }
 }
 
@@ -251,8 +306,12 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
     accel_instance *instances = memory_zeroed(most, sizeof *instances);
     s->instances = memory_zeroed(most, sizeof *s->instances);
     s->instance_ids = memory_zeroed(most, sizeof *s->instance_ids);
+    size_t moving = 0;
+    for (size_t i = 0; i < d->instance_count; i++) moving += d->instances[i].key_count != 0;
+    s->motions = memory_zeroed(moving, sizeof *s->motions);
     snell_status status = SNELL_OK;
-    if (!geometries || !instances || !s->instances || !s->instance_ids) status = error_no_memory();
+    if (!geometries || !instances || !s->instances || !s->instance_ids || !s->motions)
+        status = error_no_memory();
     if (!status) status = freeze_instances(s, d, instances);
     if (!status) {
         for (size_t i = 0; i < shapes->count; i++)
@@ -270,6 +329,47 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
     return status;
 }
 
+void scene_shutter(const description *d, const camera_common *camera, double out[2]) {
+    animation_desc clock;
+    desc_init(&setting_animation, &clock);
+    const object *said = description_setting(d, "animation");
+    if (said) clock = *(const animation_desc *)said->desc;
+    double start = clock.frame - 1, fps = (double)clock.fps;
+    out[0] = (start + (double)camera->shutter.x) / fps;
+    out[1] = (start + (double)camera->shutter.y) / fps;
+}
+
+/* The time that the cameras may see, with that of a camera by value with the usual shutter; and
+ * whether they can move as they are told. */
+static snell_status freeze_clock(scene *s, const description *d) {
+    const object_list *cameras = &d->objects[CATEGORY_CAMERA];
+    s->time_open = -INFINITY;
+    s->time_close = INFINITY;
+    if (cameras->count == 0) return SNELL_OK;
+    double times[2];
+    perspective_desc usual;
+    desc_init(&camera_perspective.info, &usual);
+    scene_shutter(d, (const camera_common *)&usual, times);
+    s->time_open = times[0];
+    s->time_close = times[1];
+    for (size_t i = 0; i < cameras->count; i++) {
+        const camera_common *camera = cameras->items[i].desc;
+        scene_shutter(d, camera, times);
+        s->time_open = double_min(s->time_open, times[0]);
+        s->time_close = double_max(s->time_close, times[1]);
+        motion unused;
+        if (camera->motion_count == 0) continue;
+        snell_status status =
+            motion_prepare(camera->motion, camera->motion_count, times[0], times[1], &unused);
+        if (status) {
+            error_place((source_place){cameras->items[i].file, cameras->items[i].line, 0});
+            return status;
+        }
+        motion_free(&unused);
+    }
+    return SNELL_OK;
+}
+
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out) {
     scene *s = memory_zeroed(1, sizeof *s);
@@ -278,6 +378,7 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
     if (!status) status = prepare_textures(s, pool);
     if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT]);
     if (!status) freeze_settings(s, d);
+    if (!status) status = freeze_clock(s, d);
     if (!status) status = freeze_geometry(s, d, options, pool);
     if (status)
         scene_destroy(s);
@@ -304,6 +405,8 @@ void scene_destroy(scene *s) {
     free(s->lights);
     free(s->instances);
     free(s->instance_ids);
+    for (uint32_t i = 0; i < s->motion_count; i++) motion_free(&s->motions[i]);
+    free(s->motions);
     free(s);
 }
 
@@ -316,14 +419,27 @@ size_t scene_texture_memory(const scene *s) {
     return bytes;
 }
 
+transform scene_instance_transform(const scene *s, uint32_t index, float time) {
+    const scene_instance *at = &s->instances[index];
+    return at->moves ? motion_transform(at->moves, time) : at->to_world;
+}
+
 dvec3 scene_background(const scene *s, dvec3 direction) {
     if (!s->has_gradient) return s->background;
     double t = clamp01((1 + direction.y) / 2);
     return dvec3_add(dvec3_scale(s->background, 1 - t), dvec3_scale(s->background_top, t));
 }
 
+const scene_instance *scene_posed(const scene_instance *at, float time, scene_instance *moved) {
+    if (at->moves == NULL) return at;
+    *moved = *at;
+    motion_at(at->moves, time, &moved->to_world, &moved->to_local);
+    return moved;
+}
+
 void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *out) {
-    const scene_instance *at = &s->instances[h->instance];
+    scene_instance moved;
+    const scene_instance *at = scene_posed(&s->instances[h->instance], r->time, &moved);
     local_ray beam = local_ray_make(r, &at->to_local, at->identity);
     surface here;
     at->type->surface(at->shape, &beam, h, &here);
@@ -333,8 +449,8 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
 
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out) {
-    (void)time;
-    const scene_instance *at = &s->instances[id];
+    scene_instance moved;
+    const scene_instance *at = scene_posed(&s->instances[id], time, &moved);
     if (at->type->parametrise && s->materials[at->material].textured)
         at->type->parametrise(at->shape, on);
     surface here = *on;
@@ -356,6 +472,7 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
                          .clearance = here.error,
                          .instance = id,
                          .primitive = primitive,
+                         .time = time,
                          .flat = at->type->flat,
                          .material = &s->materials[index],
                          .dpdu = here.dpdu,

@@ -30,11 +30,13 @@ typedef struct scene_instance {
     uint32_t shape_index;
     uint32_t material; /* index into materials; slots of a mesh choose others */
     bool identity;
-    transform to_world, to_local;
+    transform to_world, to_local; /* where it moves: at the first of its steps */
+    const motion *moves;          /* NULL: it stands still */
     bool has_medium;
     medium inside;            /* of its dielectric: a mesh of several has the first one's */
     uint32_t medium_material; /* which that is */
-    bool similar; /* to_world keeps angles, so solid angles are the same in both spaces */
+    bool similar;      /* to_world keeps angles, so solid angles are the same in both spaces */
+    bool hidden_light; /* the shape of a light that the camera does not see */
     uint32_t first_emitter, emitter_count;
 } scene_instance;
 
@@ -67,6 +69,10 @@ typedef struct scene {
     scene_instance *instances;
     uint32_t *instance_ids; /* index in the description of each; NO_ID: the shape of a light */
     uint32_t instance_count;
+    motion *motions; /* of the instances that move, one after the other */
+    uint32_t motion_count;
+    /* What the motions were clipped to, seconds; -INFINITY, INFINITY without a camera. */
+    double time_open, time_close;
     accel *accel;
     bounds3 bounds; /* without planes */
     dvec3 background, background_top, ambient;
@@ -88,6 +94,13 @@ void scene_destroy(scene *s);
 size_t scene_texture_memory(const scene *s);             /* bytes, beyond the description's */
 dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 
+/* When a camera's shutter opens and closes, in seconds on the scene's clock. */
+void scene_shutter(const description *d, const camera_common *camera, double out[2]);
+/* Where the instance is at the time. */
+/* The instance as it stands at a time: itself, or where it moves *moved, made from it. */
+const scene_instance *scene_posed(const scene_instance *at, float time, scene_instance *moved);
+transform scene_instance_transform(const scene *s, uint32_t index, float time);
+
 /* Everything about a hit that shading needs, in the world. */
 typedef struct shade_point {
     dvec3 p;          /* on the surface */
@@ -97,6 +110,7 @@ typedef struct shade_point {
     double clearance; /* a float origin this far from p, along n or -n, has certainly left the
                          surface */
     uint32_t instance, primitive;
+    float time;
     bool flat; /* a ray that leaves here cannot hit (instance, primitive) again */
     const material *material;
     material_point at; /* where the material is looked up */

@@ -20,6 +20,10 @@
     F(T, min_weight, FLOAT, DEFAULT(-1), RANGE(-1, 1), "",                                         \
       "drop rays that matter less; -1: 0.002")                                                     \
     F(T, seed, INT, DEFAULT(0), RANGE(0, 2147483647), "", "of the random numbers")                 \
+    F(T, filter, CHOICE, DEFAULT(0), CHOICES("box|tent|gaussian|blackman-harris"), "",             \
+      "how samples around a pixel's centre make the pixel")                                        \
+    F(T, filter_radius, FLOAT, DEFAULT(0), RANGE(0, 16), "pixels",                                 \
+      "0: box 0.5, tent 1, gaussian 1.5 (three sigmas), blackman-harris 1.5")                      \
     F(T, pixel_center, BOOL, DEFAULT(0), ANY, "", "every sample through the pixel's centre")       \
     F(T, exposure, FLOAT, DEFAULT(0), RANGE(-50, 50), "stops", "2^exposure times the light")       \
     F(T, tonemap, CHOICE, DEFAULT(0), CHOICES(TONEMAP_CHOICES), "",                                \
@@ -40,6 +44,17 @@ DESCRIBE_STRUCT(background, BACKGROUND_FIELDS)
       "L_a: added once to every lit surface, times its k_a")
 DESCRIBE_STRUCT(ambient, AMBIENT_FIELDS)
 
+/* The clock: time = (frame - 1) / fps seconds. */
+#define FRAME_MAX 1000000
+#define ANIMATION_FIELDS(F, T)                                                                     \
+    F(T, fps, FLOAT, DEFAULT(24), RANGE(0.001, 100000), "1/s", "frames in a second")               \
+    F(T, first, INT, DEFAULT(1), RANGE(1, FRAME_MAX), "", "the first frame")                       \
+    F(T, last, INT, DEFAULT(120), RANGE(1, FRAME_MAX), "", "the last frame")                       \
+    F(T, frame, INT, DEFAULT(1), RANGE(1, FRAME_MAX), "",                                          \
+      "which one this is; a scene program has it from --frame")
+DESCRIBE_STRUCT(animation, ANIMATION_FIELDS)
+
+extern const type_info setting_animation;
 extern const type_info setting_render, setting_background, setting_ambient;
 
 #endif

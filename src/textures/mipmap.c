@@ -83,10 +83,28 @@ static void mean(const reduction *r, const cover *column, const cover *row, doub
     }
 }
 
+/* The same for bytes, where both sizes are just halved: the same sums in another order of scaling by
+ * powers of two. */
+static void mean_of_four(const reduction *r, uint32_t x, uint32_t y, double out[4]) {
+    uint32_t channels = r->format.channels;
+    size_t row = (size_t)r->from->width * channels;
+    const uint8_t *p = (const uint8_t *)r->from->pixels + y * row + (size_t)x * channels;
+    for (uint32_t c = 0; c < channels; c++, p++) {
+        const float *decode = r->decode[c];
+        double sum = (double)decode[p[0]] + (double)decode[p[channels]];
+        sum += (double)decode[p[row]];
+        out[c] = (sum + (double)decode[p[row + channels]]) / 4;
+    }
+}
+
 static void reduce_row(const reduction *r, const cover *row, uint32_t width, void *to) {
+    bool halved = !r->format.floats && width * 2 == r->from->width && row->count == 2;
     for (uint32_t x = 0; x < width; x++) {
         double value[4];
-        mean(r, &r->columns[x], row, value);
+        if (halved)
+            mean_of_four(r, 2 * x, row->first, value);
+        else
+            mean(r, &r->columns[x], row, value);
         for (uint32_t c = 0; c < r->format.channels; c++) {
             size_t at = (size_t)x * r->format.channels + c;
             bool coded = r->format.srgb && c < 3;

@@ -347,8 +347,14 @@ INLINE bool trace_instance(query *q, const prepared *world, const accel *a, uint
     prepared local;
     const prepared *p = world;
     if (!in->identity) {
-        vec3 o = vec3_from(transform_point(&in->to_local, dvec3_from(q->ray->o)));
-        vec3 d = vec3_from(transform_vector(&in->to_local, dvec3_from(q->ray->d)));
+        const transform *to_local = &in->to_local;
+        transform moved, moved_inverse;
+        if (in->moves) {
+            if (!motion_at(in->moves, q->ray->time, &moved, &moved_inverse)) return false;
+            to_local = &moved_inverse;
+        }
+        vec3 o = vec3_from(transform_point(to_local, dvec3_from(q->ray->o)));
+        vec3 d = vec3_from(transform_vector(to_local, dvec3_from(q->ray->d)));
         if (!prepare(&local, o, d, world->t_min, world->t_max)) return false;
         p = &local;
     }
