@@ -284,8 +284,8 @@ static void spheres_under_a_point_light(void **state) {
     spheres(SNELL_PATH, "point", "bsdf_spheres/refs/test_pointlight_ref_rgb");
 }
 
-/* Not under the others: a rough reflection finds those lights by chance only, so that cook needs many
- * more samples than the references' variances grant. */
+/* Not under the area light: where rough glass reflects, cook finds it by chance only, and needs many
+ * more samples than the reference's variance grants. */
 static void spheres_under_a_point_light_by_cook(void **state) {
     (void)state;
     spheres(SNELL_COOK, "point", "bsdf_spheres/refs/test_pointlight_ref_rgb");
