@@ -49,6 +49,19 @@ static void follow_material(wave *w, const path_ray *r, const shade_point *p, co
 static const integrator only_material = {
     .name = "material", .one_branch = true, .hit = follow_material, .miss = emit_background};
 
+/* The same for lights that can be met, as far as max_depth. */
+static void follow_material_on(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
+    emit_radiance(w, r, b->emission);
+    bsdf_direction next;
+    sample2 choice = wave_draw(w, r, SAMPLE_LOBE), u = wave_draw(w, r, SAMPLE_DIRECTION);
+    if (!bsdf_sample(b, p->ns, p->wo, choice.x, u, &next)) return;
+    emit_ray(w, r, p, next.wi, next.weight, next.transmitted ? wave_beyond(w) : &r->media, 0,
+             next.transmitted ? RAY_REFRACTED : RAY_REFLECTED);
+}
+
+static const integrator only_material_deep = {
+    .name = "material", .one_branch = true, .hit = follow_material_on, .miss = emit_background};
+
 /* ---- parameters of everything ---- */
 
 static snell_param number_of(const char *name, double x) {
@@ -349,6 +362,92 @@ static void all_lights_together(void **state) {
     }
 }
 
+/* ---- what stands between light and surface ---- */
+
+static void add_card_between(double alpha, int32_t shadow) {
+    snell_lambert_desc desc = SNELL_INIT(lambert_desc);
+    snell_material_id id;
+    desc.color = flat(grey(0));
+    desc.alpha = flat(grey(alpha));
+    desc.shadow = shadow;
+    MUST(snell_scene_add_lambert(bench.scene, &desc, &id));
+    add_quad(&bench, v3(-0.3, 0.3, -0.5), v3(1, 0, 0), v3(0, 0, 1), id);
+}
+
+/* Glass as thin as air: nothing is refracted, so a light behind it can be met and sampled. */
+static void add_gas_between(double alpha) {
+    snell_dielectric_desc desc = SNELL_INIT(dielectric_desc);
+    snell_material_id id;
+    desc.ior = 1;
+    desc.absorption = v3(1, 0.5, 0);
+    desc.color = flat(grey(0.9));
+    desc.alpha = flat(grey(alpha));
+    MUST(snell_scene_add_dielectric(bench.scene, &desc, &id));
+    add_sphere(&bench, v3(0.1, 0.4, 0), 0.3, id);
+}
+
+static void build_between(int what) {
+    rig_clear(&bench);
+    for (size_t i = 0; i < lights.count; i++)
+        if (strcmp(lights.rows[i].type, "disk") == 0 ||
+            strcmp(lights.rows[i].what, "constant") == 0)
+            build_light(&lights.rows[i]);
+    if (what == 0) add_card_between(0.5, SNELL_LAMBERT_SHADOW_FILTER);
+    if (what == 1) add_gas_between(1);
+    if (what == 2) add_gas_between(0.4);
+    if (what == 3) { /* a ball that is half there: a quarter passes */
+        add_sphere(&bench, v3(0.1, 0.4, 0), 0.3, add_card(&bench, grey(0), 0.5));
+    }
+}
+
+static void light_passes_once(void **state) {
+    (void)state;
+    static const char *const names[] = {"a card", "gas", "thin gas", "a ball"};
+    for (int what = 0; what < 4; what++) {
+        build_between(what);
+        add_plane(&bench, origin, v3(0, 1, 0), add_lambert(&bench, grey(0.8)));
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        /* Through gas a path goes two faces further, and through its reflections no further. */
+        estimate expected = estimate_policy(&bench, &only_material_deep, eye, origin, 3, 512);
+        estimate got = estimate_light(&bench, SNELL_PATH, eye, origin, 3, 128);
+        char name[80];
+        snprintf(name, sizeof name, "through %s by path", names[what]);
+        for (int k = 0; k < 3; k++)
+            family_check_same(&agreement, name, &got.channel[k], &expected.channel[k]);
+        if (what == 2) continue; /* cook's shadow rays meet each face by itself */
+        got = estimate_light(&bench, SNELL_COOK, eye, origin, 3, 128);
+        snprintf(name, sizeof name, "through %s by cook", names[what]);
+        for (int k = 0; k < 3; k++)
+            family_check_same(&agreement, name, &got.channel[k], &expected.channel[k]);
+    }
+}
+
+/* The older integrators ask each light of a mesh at so many points, which are one light together:
+ * far off, as much as from its whole area. */
+static void centers_are_one_light(void **state) {
+    (void)state;
+    for (int triangles = 1; triangles <= 64; triangles *= 2) {
+        rig_clear(&bench);
+        snell_vec3 corners[3 * 64];
+        uint32_t indices[3 * 64];
+        for (int i = 0; i < triangles; i++) {
+            double at = (double)i / triangles;
+            corners[3 * i] = v3(at, 9, 0);
+            corners[3 * i + 1] = v3(at + 0.9 / triangles, 9, 0);
+            corners[3 * i + 2] = v3(at, 9, 1 - at / 2); /* of different sizes */
+            for (int k = 0; k < 3; k++) indices[3 * i + k] = (uint32_t)(3 * i + k);
+        }
+        place(&bench,
+              add_mesh(&bench, corners, (size_t)(3 * triangles), indices, (size_t)(3 * triangles)),
+              add_shining(flat(grey(50)), 1, true));
+        add_plane(&bench, origin, v3(0, 1, 0), add_lambert(&bench, grey(0.8)));
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        double area = estimate_light(&bench, SNELL_COOK, eye, origin, 0, 256).channel[0].mean;
+        for (snell_integrator policy = SNELL_APPEL; policy <= SNELL_WHITTED; policy++)
+            ASSERT_CLOSE(trace_ray(&bench, policy, eye, origin, 0).c[0], area, 0.02, 0);
+    }
+}
+
 static void everything_is_tested(void **state) {
     (void)state;
     for (uint32_t i = 0; i < material_type_count; i++)
@@ -374,6 +473,8 @@ int main(void) {
         cmocka_unit_test(every_light_on_every_material),
         cmocka_unit_test(every_shape_shines),
         cmocka_unit_test(all_lights_together),
+        cmocka_unit_test(light_passes_once),
+        cmocka_unit_test(centers_are_one_light),
         cmocka_unit_test(all_agree),
     };
     return cmocka_run_group_tests(tests, start, stop);

@@ -100,9 +100,7 @@ static bool in_lists(const word_list *lists, size_t count, const char *label, co
 /* Looked up only for words that no registered type has, so what arrives needs no change here. */
 bool scene_is_later(const char *label, const char *word) {
     static const word_list later[] = {
-        {NULL, "union|intersection|difference"},
-        {"word", "aces|agx"},
-        {"field", "medium"}};
+        {NULL, "union|intersection|difference"}, {"word", "aces|agx"}, {"field", "medium"}};
     return in_lists(later, sizeof later / sizeof later[0], label, word);
 }
 

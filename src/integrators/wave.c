@@ -228,15 +228,19 @@ static void emit_light(wave *w, const path_ray *r, const shade_point *p, const b
         emit_radiance(w, r, radiance);
 }
 
-/* Light from everywhere on the Lambert lobes, with nothing in the way. */
+/* Light from everywhere on matte lobes, with nothing in the way; they look as they do to light along
+ * the normal. */
 static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                             const light *l) {
-    dvec3 reflectance = {0, 0, 0};
-    for (int i = 0; i < b->lobe_count; i++)
-        if (b->lobes[i].type == &lobe_lambert)
-            reflectance = dvec3_add(reflectance, b->lobes[i].weight);
-    dvec3 irradiance = l->type->irradiance(l, p->ns);
-    emit_radiance(w, r, dvec3_scale(dvec3_mul(reflectance, irradiance), 1 / PI));
+    double cosine = dvec3_dot(p->ns, p->wo);
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *part = &b->lobes[i];
+        if (!part->type->matte) continue;
+        dvec3 f = part->type->evaluate(part, b, p->ns, p->wo, p->ns);
+        sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, cosine, 1)));
+    }
+    emit_radiance(w, r, dvec3_mul(sum, l->type->irradiance(l, p->ns)));
 }
 
 static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
@@ -276,6 +280,28 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
 
 /* ---- shadows ---- */
 
+/* A smooth face between media of one ior: light goes straight on, and in `path` that is no new
+ * direction. Of what is there in part, that is only true of what has entered. */
+static bool goes_straight_on(const bsdf *b) {
+    return b->lobe_count == 1 && b->lobes[0].type->class == LOBE_INTERFACE &&
+           !b->lobes[0].type->thin && b->ior1 == b->ior2;
+}
+
+/* What light that paths would not meet otherwise passes the face of a dielectric: all of it where it
+ * goes straight on, else what finds the solid not there (it meets none of its faces). */
+static dvec3 path_filter(const scene *s, const shade_point *p, double alpha, media *m) {
+    if (p->outside && alpha < 1) return (dvec3){1 - alpha, 1 - alpha, 1 - alpha};
+    const medium *before = media_current(m, s);
+    bool known = p->outside ? media_enter(m, p->instance) : media_leave(m, p->instance);
+    const medium *after = media_current(m, s);
+    if (!known || before == after) return (dvec3){1, 1, 1};
+    bsdf b;
+    material_evaluate(p->material, &p->at, &b);
+    b.ior1 = before->ior;
+    b.ior2 = after->ior;
+    return goes_straight_on(&b) ? bsdf_passing(&b) : (dvec3){0, 0, 0};
+}
+
 /* What one surface lets through straight on: 1 - alpha, and at the face of a dielectric 1 - F of
  * its colour. The angle of a straight ray counts as that in the rarer medium, at both faces: then a
  * pane lets through exactly what Fresnel's formulas say (light that leaves it again is never
@@ -288,8 +314,13 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
     dvec3 sum = {through, through, through};
+    bsdf b;
+    if (p->material->thin) {
+        material_evaluate(p->material, &p->at, &b);
+        return dvec3_add(sum, dvec3_scale(bsdf_straight(&b, dvec3_dot(p->wo, p->ns)), alpha));
+    }
     if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;
-    bool straight = !w->settings.integrator->one_branch;
+    if (w->settings.integrator->one_branch) return path_filter(s, p, alpha, m);
     const medium *before = media_current(m, s);
     if (p->outside)
         media_enter(m, p->instance);
@@ -298,9 +329,7 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     const medium *after = media_current(m, s);
     if (before == after) return (dvec3){1, 1, 1}; /* a face inside what has priority */
     double ior1 = double_min(before->ior, after->ior), ior2 = double_max(before->ior, after->ior);
-    if (!straight && ior1 != ior2) return sum; /* it would be refracted */
     double pass = alpha * (1 - fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2));
-    bsdf b;
     material_evaluate(p->material, &p->at, &b);
     return dvec3_add(sum, dvec3_scale(bsdf_passing(&b), pass));
 }
@@ -429,7 +458,13 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     }
     if (r->primary && w->settings.transparent)
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
+    bool straight = w->settings.integrator->one_branch && b.alpha >= 1 && goes_straight_on(&b);
+    if (straight) b.lobe_count = 0; /* it only shines */
     w->settings.integrator->hit(w, r, &p, &b);
+    if (straight) {
+        r->primary = false; /* the surface has covered the pixel, as one that refracts has */
+        emit_continued(w, r, h, b.lobes[0].weight, &w->beyond);
+    }
     /* It hides nothing from shadow rays, so not from these either: its light comes on top. */
     if (w->settings.scene->instances[h->instance].hidden_light)
         emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);

@@ -301,10 +301,11 @@ bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3
     if (index < s->light_count) return scene_sample_light(s, index, p, eye, time, middle, out);
     const scene_instance *at = surface_light(s, index);
     uint32_t count = scene_light_center_count(s, index), e = at->first_emitter + k;
-    double chance = 1.0 / count; /* few: each is its own representative */
+    double chance = 1; /* few: each is its own representative */
     if (at->emitter_count > CENTERS_MAX) {
         double u = (k + 0.5) / count;
         e = pick_emitter(s, at, &u, &chance);
+        chance *= count;
     }
     if (!sample_emitter(s, &s->emitters[e], p, time, middle, out)) return false;
     out->pdf *= chance;
@@ -371,7 +372,8 @@ double scene_hit_pdf(const scene *s, dvec3 from, dvec3 n, const shade_point *on,
     uint32_t e = find_emitter(s, on->instance, on->primitive);
     if (e == NO_ID) return 0;
     double chance = light_tree_chance(s->tree, from, n, s->placed_count + e);
-    return chance > 0 ? chance * chance_of_each(s) * emitter_pdf(s, &s->emitters[e], from, on, time) : 0;
+    return chance > 0 ? chance * chance_of_each(s) * emitter_pdf(s, &s->emitters[e], from, on, time)
+                      : 0;
 }
 
 double scene_miss_pdf(const scene *s, uint32_t index, dvec3 d) {
