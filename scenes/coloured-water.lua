@@ -12,8 +12,8 @@
 local strength = param("strength", 1, "how much syrup")
 local gap = param("gap", false, "leave 0.1 mm of air between water and glass, which is wrong")
 
-render { integrator = "path", width = 420, height = 480, samples = 100, max_depth = 24 }
-camera { from = {0, 0.16, 0.5}, at = {0, 0.068, 0}, fov = 23 }
+render { integrator = "path", width = 420, height = 480, samples = 100, max_depth = 24, exposure = 0.4 }
+camera { from = {0, 0.16, 0.5}, at = {0, 0.07, 0}, fov = 23 }
 
 -- Large lights: a ray that leaves the glass has to find them by itself.
 light.environment { radiance = texture.gradient { map = "spherical", color_a = {0.3, 0.29, 0.27},
@@ -69,7 +69,7 @@ lathe { profile = water, name = "water", material = material.dielectric {
     ior = 1.333, absorption = {0.8 * strength, 24 * strength, 15 * strength} } }
 
 -- ---- the straw: a tube, open at both ends, with stripes; it leans on the rim ----
-local foot, top = {-0.014, floor + 0.004, 0.004}, {0.0325, height + 0.05, -0.008}
+local foot, top = {-0.021, floor + 0.004, 0.004}, {0.0564, height + 0.05, -0.006}
 for i = 0, 15 do
     local function at(s)
         return { foot[1] + (top[1] - foot[1]) * s, foot[2] + (top[2] - foot[2]) * s, foot[3] + (top[3] - foot[3]) * s }

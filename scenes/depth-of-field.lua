@@ -13,7 +13,7 @@ local aperture = param("aperture", 0.11, "radius of the lens in metres")
 local focus = param("focus", 4.6, "distance of the sharp plane in metres")
 local blades = param("blades", 6, "of the diaphragm; 0 is round")
 
-render { integrator = "cook", width = 640, height = 480, samples = 100, max_depth = 3 }
+render { integrator = "cook", width = 640, height = 480, samples = 100, max_depth = 3, exposure = 0.6 }
 camera { from = {0.2, 1.55, 4.4}, at = {0, 0.62, -0.1}, fov = 32,
          lens_radius = aperture, focus = focus, blades = blades, blade_rotation = 30 }
 
