@@ -11,14 +11,14 @@
 
 local color = param("color", 0.28, "how bright the matt part is, 0 to 1")
 
-render { integrator = "path", width = 640, height = 480, samples = 144, max_depth = 3 }
+render { integrator = "path", width = 640, height = 480, samples = 144, max_depth = 3, exposure = 0.7 }
 camera { from = {0, 0, 12}, at = {0, 0, 0}, fov = 29 }
 
 -- Two lamps and a dim room. The left lamp is a tall window, whose image shows the width of the lobe.
 light.environment { radiance = {0.10, 0.11, 0.13}, visible = false }
 light.quad { center = {-6, 3.5, 7}, at = {0, 0, 0}, width = 2.6, height = 4.4, radiance = {8, 7.5, 6.6}, name = "window" }
 light.quad { center = {7, -1, 4}, at = {0, 0, 0}, width = 2.5, height = 5, radiance = {1.2, 1.6, 2.2}, name = "fill" }
-background { color = {0.035, 0.036, 0.04} }
+background { color = {0.018, 0.018, 0.02} }
 
 local slopes = { 0.05, 0.12, 0.22, 0.35, 0.6 }
 local indices = { 1.25, 1.6, 2.5, 5 }

@@ -11,7 +11,7 @@
 local metal = param("metal", "silver", "what the plates are made of")
 
 render { integrator = "cook", width = 640, height = 480, samples = 100, max_depth = 6 }
-camera { from = {0, 2.5, 6.2}, at = {0, 0.28, 0}, fov = 29 }
+camera { from = {0, 2.5, 6.2}, at = {0, 0.28, 0}, fov = 31 }
 
 -- The hall: dark below, bright above. Rays that leave a plate see it, and the large lamp.
 background { color = {0.03, 0.03, 0.04}, top = {0.34, 0.38, 0.46} }

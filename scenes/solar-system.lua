@@ -19,10 +19,12 @@ camera { from = {0, 10.5, 20}, at = {0, -0.5, 0}, fov = 29, shutter = {0, 0.5} }
 background { color = {0.0004, 0.0004, 0.001} }
 ambient { color = 0.004 }
 
--- The sun lights; its glow is what a camera makes of it, and is left out.
-light.sphere { center = {0, 0, 0}, radius = 0.8, radiance = {60, 46, 28}, name = "sun" }
-
--- Stars only glow: ambient light is a constant that a material shows k_a times.
+-- What lights the planets is not seen: a disk so much brighter than white has steps for an edge. What
+-- is seen of the sun, and the stars, only glow: ambient light is a constant that a material shows k_a
+-- times, and lights nothing else.
+light.sphere { center = {0, 0, 0}, radius = 0.8, radiance = {60, 46, 28}, visible = false, name = "sunlight" }
+sphere { center = {0, 0, 0}, radius = 0.8, name = "Sun",
+         material = material.lambert { color = 0, ambient = {1000, 560, 190}, shadow = "none" } }
 for i = 1, 1500 do
     local longitude, height = math.random() * 2 * math.pi, 2 * math.random() - 1
     local flat = math.sqrt(1 - height * height)
