@@ -231,6 +231,79 @@ static void set_in_motion(rig *r) {
     MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
 }
 
+/* ---- a scene that shines everywhere, for the integrators that draw lights ---- */
+
+/* Thousands of triangles of one mesh, every one a light, some by a texture, some half there. */
+static void build_swarm(rig *r) {
+    enum { COUNT = 2000 };
+    static snell_vec3 positions[3 * COUNT];
+    static snell_vec2 uvs[3 * COUNT];
+    static uint32_t indices[3 * COUNT];
+    snell_lambert_desc shining = SNELL_INIT(lambert_desc);
+    snell_mesh_desc desc = SNELL_INIT(mesh_desc);
+    snell_material_id m;
+    snell_shape_id id;
+    uint64_t random = 17;
+    for (uint32_t i = 0; i < 3 * COUNT; i++) {
+        snell_vec3 by = random_vec3(&random), at = random_vec3(&random);
+        snell_vec3 first = i % 3 ? positions[i - i % 3] : v3(0, 0, 0);
+        positions[i] =
+            i % 3 ? v3((double)first.x + 0.1 * (double)by.x, (double)first.y + 0.1 * (double)by.y,
+                       (double)first.z + 0.1 * (double)by.z)
+                  : v3(8 * (double)at.x - 4, 0.2 + 3 * (double)at.y, 8 * (double)at.z - 5);
+        uvs[i] = (snell_vec2){by.x, by.y};
+        indices[i] = i;
+    }
+    desc.positions = positions;
+    desc.positions_count = desc.uvs_count = desc.indices_count = (size_t)(3 * COUNT);
+    desc.uvs = uvs;
+    desc.indices = indices;
+    shining.emission = add_picture(r, 20);
+    shining.alpha = add_picture(r, 1);
+    shining.emit_two_sided = true;
+    MUST(snell_scene_add_lambert(r->scene, &shining, &m));
+    MUST(snell_scene_add_mesh(r->scene, &desc, &id));
+    place(r, id, m);
+    put(r, id, m, turned(1, -0.3, 0.2, 0.4, v3(0.2, 0.4, 0.3)));
+}
+
+/* Every type of light, near and far, seen and unseen. */
+static void build_lights(rig *r) {
+    snell_spot_light_desc spot = SNELL_INIT(spot_light_desc);
+    snell_directional_light_desc sun = SNELL_INIT(directional_light_desc);
+    snell_quad_light_desc quad = SNELL_INIT(quad_light_desc);
+    snell_disk_light_desc disk = SNELL_INIT(disk_light_desc);
+    snell_sphere_light_desc sphere = SNELL_INIT(sphere_light_desc);
+    snell_environment_light_desc around = SNELL_INIT(environment_light_desc);
+    snell_sky_light_desc sky = SNELL_INIT(sky_light_desc);
+    spot.position = v3(-2, 3, 1);
+    spot.at = v3(0, 0.5, 0);
+    spot.intensity = v3(5, 6, 7);
+    MUST(snell_scene_add_spot_light(r->scene, &spot, NULL));
+    sun.direction = v3(0.3, -1, 0.2);
+    sun.angle = 0.02f;
+    MUST(snell_scene_add_directional_light(r->scene, &sun, NULL));
+    quad.center = v3(1, 2.5, 1);
+    quad.at = v3(0, 0, 0);
+    quad.width = 0.7f;
+    quad.visible = false;
+    MUST(snell_scene_add_quad_light(r->scene, &quad, NULL));
+    disk.center = v3(-1, 2.2, -1);
+    disk.normal = v3(0.2, -1, 0.1);
+    MUST(snell_scene_add_disk_light(r->scene, &disk, NULL));
+    sphere.center = v3(0, 0.8, 0); /* in the glass */
+    sphere.radius = 0.2f;
+    MUST(snell_scene_add_sphere_light(r->scene, &sphere, NULL));
+    around.radiance = add_picture(r, 1);
+    around.rotate = 0.4f;
+    MUST(snell_scene_add_environment_light(r->scene, &around, NULL));
+    sky.sun = v3(0.4, 0.5, 0.3);
+    sky.scale = 0.01f;
+    MUST(snell_scene_add_sky_light(r->scene, &sky, NULL));
+}
+
+static bool add_all_lights; /* to the scene above */
+
 static bool load_file; /* which scene is built: this file, or the one above */
 static bool in_motion;
 static const char *scene_path;
@@ -241,6 +314,10 @@ static void build(rig *r) {
     else
         build_everything(r);
     if (in_motion) set_in_motion(r);
+    if (add_all_lights && !load_file) {
+        build_lights(r);
+        build_swarm(r);
+    }
     const char *added;
     MUST(snell_scene_add_studio(r->scene, NULL, &added));
     MUST(snell_scene_commit(r->scene, NULL, NULL));
@@ -391,6 +468,20 @@ static void everything_in_motion_is_one_picture(void **state) {
     in_motion = false;
 }
 
+static void all_light_is_one_picture(void **state) {
+    (void)state;
+    load_file = false;
+    add_all_lights = true;
+    for (snell_integrator policy = SNELL_APPEL; policy <= SNELL_PATH; policy++) {
+        if (policy < SNELL_COOK && !full_tests()) continue;
+        uint64_t expected = check_threads_and_waves("all light", policy);
+        check_isas(policy, expected);
+        check_trees(policy, expected);
+        check_crop(policy);
+    }
+    add_all_lights = false;
+}
+
 static int is_scene(const struct dirent *entry) {
     size_t length = strlen(entry->d_name);
     return length > 4 && strcmp(entry->d_name + length - 4, ".lua") == 0;
@@ -419,6 +510,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(everything_is_one_picture),
         cmocka_unit_test(everything_in_motion_is_one_picture),
+        cmocka_unit_test(all_light_is_one_picture),
         cmocka_unit_test(every_showcase_is_one_picture),
     };
     return cmocka_run_group_tests(tests, open_hashes, close_hashes);

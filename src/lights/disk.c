@@ -11,6 +11,11 @@ DESCRIBE(disk_light, DISK_LIGHT_FIELDS)
 
 static double area(const disk_light_desc *l) { return PI * (double)l->radius * (double)l->radius; }
 
+static snell_status check(const void *desc) {
+    const disk_light_desc *l = desc;
+    return surface_light_check("disk", l->power, area(l));
+}
+
 static snell_status shape(const void *desc, light_shape *out) {
     const disk_light_desc *l = desc;
     const snell_param params[] = {vec3_param("center", l->center), vec3_param("normal", l->normal),
@@ -29,6 +34,7 @@ static dvec3 power(const light *l, double scene_radius) {
 
 const light_type light_disk = {
     .info = TYPE_INFO(CATEGORY_LIGHT, disk_light, "disk", "a disk that shines to one side"),
+    .check = check,
     .shape = shape,
     .power = power,
     .casts_shadow = true,

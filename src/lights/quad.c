@@ -33,6 +33,11 @@ static sides sides_of(const quad_light_desc *l) {
     return (sides){dvec3_sub(center, dvec3_scale(dvec3_add(u, v), 0.5)), u, v};
 }
 
+static double area(const quad_light_desc *l) {
+    sides s = sides_of(l);
+    return dvec3_length(dvec3_cross(s.u, s.v));
+}
+
 static snell_status check(const void *desc) {
     const quad_light_desc *l = desc;
     if (!(l->width > 0) && l->height > 0)
@@ -45,12 +50,7 @@ static snell_status check(const void *desc) {
     if (!(dvec3_length(dvec3_cross(s.u, s.v)) > 0))
         return error_set(SNELL_ERR_ARGUMENT, "corner, u, v; or center, at, width, height",
                          "light.quad: its sides span no area");
-    return SNELL_OK;
-}
-
-static double area(const quad_light_desc *l) {
-    sides s = sides_of(l);
-    return dvec3_length(dvec3_cross(s.u, s.v));
+    return surface_light_check("quad", l->power, area(l));
 }
 
 static snell_status shape(const void *desc, light_shape *out) {

@@ -12,6 +12,11 @@ static double area(const sphere_light_desc *l) {
     return 4 * PI * (double)l->radius * (double)l->radius;
 }
 
+static snell_status check(const void *desc) {
+    const sphere_light_desc *l = desc;
+    return surface_light_check("sphere", l->power, area(l));
+}
+
 static snell_status shape(const void *desc, light_shape *out) {
     const sphere_light_desc *l = desc;
     const snell_param params[] = {vec3_param("center", l->center),
@@ -30,6 +35,7 @@ static dvec3 power(const light *l, double scene_radius) {
 
 const light_type light_sphere = {
     .info = TYPE_INFO(CATEGORY_LIGHT, sphere_light, "sphere", "a sphere that shines"),
+    .check = check,
     .shape = shape,
     .power = power,
     .casts_shadow = true,

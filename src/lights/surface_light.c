@@ -1,5 +1,7 @@
 #include "lights/surface_light.h"
 
+#include <float.h>
+
 #include "base/error.h"
 #include "base/memory.h"
 #include "maths/functions.h"
@@ -7,6 +9,13 @@
 dvec3 surface_light_radiance(vec3 radiance, vec3 power, double area) {
     dvec3 p = dvec3_from(power);
     return dvec3_largest(p) > 0 ? dvec3_scale(p, 1 / (PI * area)) : dvec3_from(radiance);
+}
+
+snell_status surface_light_check(const char *name, vec3 power, double area) {
+    if (dvec3_largest(surface_light_radiance((vec3){0, 0, 0}, power, area)) <= (double)FLT_MAX)
+        return SNELL_OK;
+    return error_set(SNELL_ERR_ARGUMENT, "a larger light, or less power",
+                     "light.%s: 'power' is too much for so small an area", name);
 }
 
 snell_status surface_light_shape(const char *type, const snell_param *params, size_t count,

@@ -100,6 +100,7 @@ static double importance(const light_bounds *b, dvec3 p, dvec3 n) {
            sin_x = sin_less(sine, cosine, sin_o, b->cos_spread);
     double cos_light = cos_less(sin_x, cos_x, sin_b, cos_b);
     if (cos_light <= b->cos_emission) return 0;
+    if (b->cos_emission < 0) cos_light = 1; /* it shines beyond a hemisphere, so not by a cosine */
     double value = b->power * cos_light / near2;
     if (dvec3_dot(n, n) > 0) {
         double cos_i = -dvec3_dot(wi, n);
