@@ -21,11 +21,12 @@ light.environment { radiance = texture.gradient { map = "spherical", color_a = {
 light.quad { center = {-0.55, 0.55, 0.05}, at = {0, 0.05, 0}, width = 0.6, height = 0.6, radiance = {4.2, 3.9, 3.4},
              name = "window" }
 
--- A table that runs up into a wall behind: one sheet, so that no line is behind the glass.
-local sheet, bend = { {-1, 0, 0.8}, {1, 0, 0.8} }, 0.25
+-- A table that runs up into a wall behind: one sheet, so that no line is behind the glass. It begins
+-- 0.1 mm below the glass: where two faces are in one plane, nothing says which comes first.
+local sheet, bend, low = { {-1, -0.0001, 0.8}, {1, -0.0001, 0.8} }, 0.25, -0.0001
 for i = 0, 24 do
     local a = math.rad(90 * i / 24)
-    local y, z = bend * (1 - math.cos(a)), -0.22 - bend * math.sin(a)
+    local y, z = low + bend * (1 - math.cos(a)), -0.22 - bend * math.sin(a)
     sheet[#sheet + 1], sheet[#sheet + 2] = {-1, y, z}, {1, y, z}
 end
 sheet[#sheet + 1], sheet[#sheet + 2] = {-1, 1.5, -0.22 - bend}, {1, 1.5, -0.22 - bend}
