@@ -215,6 +215,10 @@ options_act() {
     differs --samples 8
     differs -n 1
     differs --seed 7
+    same --filter box
+    same --filter-radius 0.5
+    differs --filter tent
+    differs --filter gaussian --filter-radius 2
     differs --view top
     differs --view 30,15
     differs --view bottom --fov 20
@@ -275,6 +279,45 @@ LUA
 }
 
 # ---- the output rule and the tag ------------------------------------------------------------------
+frames() {
+    cat >spin.lua <<'LUA'
+animation { fps = 10, first = 1, last = 5 }
+camera { from = {0, 0, 5}, at = {0, 0, 0}, shutter = {0, 1} }
+light.point { position = {2, 2, 4}, intensity = 50 }
+sphere { center = {frame - 3, time, 0}, radius = 0.5,
+         motion = function(t) return transform.translate {0, 3 * (t - time), 0} end }
+LUA
+    mkdir -p shots
+    run 0 info spin.lua
+    prints "frames 1 to 5, 10 a second; this is frame 1"
+    run 0 info spin.lua --frame 4
+    prints "this is frame 4"
+    run 0 spin.lua "${small[@]}" --frames 2..4 -o 'shots/%03d.pfm'
+    exists shots/002.pfm; exists shots/004.pfm; absent shots/001.pfm; absent shots/005.pfm
+    cmp -s shots/002.pfm shots/003.pfm && fail "two frames are the same"
+    run 0 spin.lua "${small[@]}" --frame 3 -o one.pfm
+    cmp -s one.pfm shots/003.pfm || fail "--frame 3 is not the third of --frames"
+    run 0 spin.lua "${small[@]}" --frames 3..4
+    exists spin.0003.png; exists spin.0004.png
+    run 0 info spin.0004.png
+    prints "--frame=4"
+    run 0 spin.lua "${small[@]}" --frames 1..2 --json
+    [ "$(grep -c '"image_hash"' out)" -eq 2 ] || fail "--frames --json has not two pictures"
+    run 1 spin.lua "${small[@]}" --frames 5..6 -o shots/x.png
+    exists shots/x.0005.png
+    says "frame 6: the animation has frames 1 to 5"
+    says "1 of 2 pictures failed"
+    run 2 spin.lua --frame 6
+    run 2 spin.lua --frame 0
+    run 2 spin.lua --frames 3
+    run 2 spin.lua --frames 3..2
+    run 2 spin.lua --frames 1..2 --frame 1
+    run 2 spin.lua --frames 1..2 -o -
+    run 2 - --frames 1..2 <spin.lua
+    run 2 my.lua --frame 1
+    says "has no frames"
+}
+
 output_rule() {
     rm -f my.png
     echo "my diary" >my.png
@@ -550,7 +593,7 @@ language() {
     run 0 help dielectric
     prints "as every material: name"
     run 0 help sphere
-    prints "as every shape: material, transform, name"
+    prints "as every shape: material, transform, motion, name"
     run 0 help glazed
     prints "required"
     run 0 help settings
@@ -583,7 +626,7 @@ language() {
 
 "$snell" example hello >my.lua || fail "there is no example"
 printf '%s\n' '-- a mistake' 'sphere { radus = 1 }' >bad.lua
-for part in table usage pictures sizes crops options_act programs output_rule tag input stopping texts contents mistakes language; do
+for part in table usage pictures sizes crops options_act programs frames output_rule tag input stopping texts contents mistakes language; do
     before=$failures
     $part
     [ $failures -eq $before ] && echo "ok: $part"

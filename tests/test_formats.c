@@ -13,6 +13,10 @@
 #include <string.h>
 #include <unistd.h>
 
+#if SNELL_HAS_ASSIMP
+#include <assimp/version.h>
+#endif
+
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "importers/files.h"
@@ -171,14 +175,14 @@ static void alpha_modes(void **state) {
                  *blend = opaque + 2;
     assert_int_equal(input_of(opaque, "alpha").texture.index1, 0);
     near((double)input_of(opaque, "alpha").value.x, 1);
-    near3(input_of(opaque, "color").value, 0.5, 1, 1);
+    near3(input_of(opaque, "base_color").value, 0.5, 1, 1);
     near(float_of(mask, "alpha_cutoff"), 0.25);
     near(float_of(blend, "alpha_cutoff"), 0);
     near((double)input_of(blend, "alpha").value.x, 0.75);
     uint32_t twin = input_of(blend, "alpha").texture.index1,
-             color = input_of(blend, "color").texture.index1;
+             color = input_of(blend, "base_color").texture.index1;
     assert_int_equal(twin, input_of(mask, "alpha").texture.index1);
-    assert_int_equal(color, input_of(opaque, "color").texture.index1);
+    assert_int_equal(color, input_of(opaque, "base_color").texture.index1);
     assert_int_equal(d->objects[CATEGORY_TEXTURE].count, 2);
     const object *t = &d->objects[CATEGORY_TEXTURE].items[twin - 1],
                  *c = &d->objects[CATEGORY_TEXTURE].items[color - 1];
@@ -200,21 +204,33 @@ static void materials_become_the_models_of_this_version(void **state) {
                  *rough = named(d, CATEGORY_MATERIAL, "rough"),
                  *glass = named(d, CATEGORY_MATERIAL, "glass"),
                  *unlit = named(d, CATEGORY_MATERIAL, "flat"),
-                 *lamp = named(d, CATEGORY_MATERIAL, "lamp");
-    assert_string_equal(metal->type->name, "partial_mirror");
-    near((double)input_of(metal, "specularity").value.x, 0.25);
-    assert_string_equal(smooth->type->name, "glazed");
+                 *lamp = named(d, CATEGORY_MATERIAL, "lamp"),
+                 *layers = named(d, CATEGORY_MATERIAL, "layers");
+    assert_string_equal(metal->type->name, "principled");
+    near((double)input_of(metal, "metallic").value.x, 1);
+    near((double)input_of(metal, "roughness").value.x, 0.5);
+    near((double)input_of(smooth, "roughness").value.x, 0.1);
+    near((double)input_of(smooth, "metallic").value.x, 0);
     near(float_of(smooth, "ior"), 1.5);
-    assert_string_equal(rough->type->name, "blinn_phong");
-    assert_string_equal(glass->type->name, "dielectric");
+    near((double)input_of(rough, "roughness").value.x, 1);
     near(float_of(glass, "ior"), 1.25);
-    near3(input_of(glass, "color").value, 0.5, 0.25, 1);
+    near(float_of(glass, "thickness"), 1);
+    near((double)input_of(glass, "transmission").value.x, 1);
+    near3(input_of(glass, "base_color").value, 0.5, 0.25, 1);
     near(float_of(glass, "attenuation_distance"), 2);
     near3(*(const snell_vec3 *)field_of(glass, "attenuation_color"), 0.5, 1, 0.25);
+    near((double)input_of(layers, "specular").value.x, 0.5);
+    near3(input_of(layers, "specular_color").value, 2, 1, 0);
+    near((double)input_of(layers, "clearcoat").value.x, 0.75);
+    near((double)input_of(layers, "clearcoat_roughness").value.x, 0.25);
+    near3(input_of(layers, "sheen_color").value, 0, 0.5, 1);
+    near((double)input_of(layers, "sheen_roughness").value.x, 0.5);
+    near((double)input_of(layers, "transmission").value.x, 0.25);
+    near(float_of(layers, "thickness"), 0);
     near3(input_of(unlit, "emission").value, 1, 1, 1);
     near3(input_of(unlit, "color").value, 0, 0, 0);
     near3(input_of(lamp, "emission").value, 4, 2, 0);
-    assert_true(has_message(d, "KHR_materials_sheen"));
+    assert_true(has_message(d, "KHR_materials_iridescence"));
     assert_int_equal(d->message_count, 1);
     description_destroy(d);
 }
@@ -231,7 +247,10 @@ static void the_node_tree_places_things(void **state) {
           b = transform_point(&d->instances[1].to_world, (dvec3){1, 0, 0});
     near3(vec3_from(a), -1, 2, 1);
     near3(vec3_from(b), 1, 4, 1);
-    assert_int_equal(d->objects[CATEGORY_CAMERA].count, 1);
+    assert_int_equal(d->objects[CATEGORY_CAMERA].count, 2);
+    const object *flat_eye = &d->objects[CATEGORY_CAMERA].items[1];
+    assert_string_equal(flat_eye->type->name, "orthographic");
+    near(float_of(flat_eye, "height"), 4); /* 2 ymag, twice as large by the root */
     const object *eye = named(d, CATEGORY_CAMERA, "eye");
     near3(*(const snell_vec3 *)field_of(eye, "from"), 1, 2, 3);
     snell_vec3 at = *(const snell_vec3 *)field_of(eye, "at");
@@ -239,14 +258,16 @@ static void the_node_tree_places_things(void **state) {
     near((double)at.y, 2);
     near((double)at.z, 3);
     near(float_of(eye, "fov"), 0.5);
-    assert_int_equal(d->objects[CATEGORY_LIGHT].count, 2);
+    assert_int_equal(d->objects[CATEGORY_LIGHT].count, 3);
     const object *sun = &d->objects[CATEGORY_LIGHT].items[0], *lamp = sun + 1;
     near3(*(const snell_vec3 *)field_of(sun, "direction"), -1, 0, 0);
     near3(*(const snell_vec3 *)field_of(sun, "irradiance"), 1, 0.5, 0.25);
     near3(*(const snell_vec3 *)field_of(lamp, "position"), 1, 4, 3);
     near3(*(const snell_vec3 *)field_of(lamp, "intensity"), 2, 2, 2);
-    assert_true(has_message(d, "orthographic"));
-    assert_true(has_message(d, "spot"));
+    const object *spot = lamp + 1;
+    near(float_of(spot, "cone"), 3.14159265 / 4);
+    near(float_of(spot, "blend"), 3.14159265 / 4);
+    assert_true((*(const snell_vec3 *)field_of(spot, "at")).x < 0.9f); /* along -x, as the eye */
     description_destroy(d);
 }
 
@@ -509,6 +530,17 @@ static void obj_and_mtl(void **state) {
     near((double)input_of(shiny, "alpha").value.x, 0.5);
     assert_string_equal(clear->type->name, "dielectric");
     near(float_of(clear, "ior"), 1.4);
+    const object *facets = named(d, CATEGORY_MATERIAL, "facets");
+    if (strcmp(facets->type->name, "lambert") == 0) {
+        /* libassimp before 5.3 does not read Pr and Pm of MTL */
+        assert_true(aiGetVersionMajor() * 100 + aiGetVersionMinor() < 503);
+        printf("NOT TESTED: Pr and Pm of MTL, which this libassimp does not read\n");
+    } else {
+        assert_string_equal(facets->type->name, "principled");
+        near3(input_of(facets, "base_color").value, 0.5, 0.25, 0);
+        near((double)input_of(facets, "metallic").value.x, 1);
+        near((double)input_of(facets, "roughness").value.x, 0.25);
+    }
     description_destroy(d);
 }
 

@@ -362,6 +362,109 @@ static void a_camera_can_frame_an_object(void **state) {
     description_destroy(d);
 }
 
+static dvec3 place_at(const instance *at, double time, dvec3 p) {
+    double m[3][4];
+    motion_interpolate(at->keys, at->key_count, time, m);
+    return (dvec3){m[0][0] * p.x + m[0][1] * p.y + m[0][2] * p.z + m[0][3],
+                   m[1][0] * p.x + m[1][1] * p.y + m[1][2] * p.z + m[1][3],
+                   m[2][0] * p.x + m[2][1] * p.y + m[2][2] * p.z + m[2][3]};
+}
+
+#define AT(p, X, Y)                                                                                \
+    assert_true(fabs((p).x - (X)) < 2e-4 && fabs((p).y - (Y)) < 2e-4 && fabs((p).z) < 2e-4)
+
+/* Keys stay as they are written; functions, and motions in motions, are sampled. */
+static void motion_arrives(void **state) {
+    (void)state;
+    description *d = run_good(
+        "animation { fps = 10, first = 3 }\n"
+        "local move, turn = transform.translate, transform.rotate\n"
+        "local function spin(t) return turn { axis = {0,0,1}, angle = 900 * (t - 0.2) } end\n"
+        "sphere { motion = { {time = 0, transform = move {0,0,0}}, {time = 9, transform = move "
+        "{9,0,0}} } }\n"
+        "sphere { transform = move {2,0,0}, motion = spin }\n"
+        "group { sphere { transform = move {1,0,0}, motion = spin }, transform = move {0,5,0},\n"
+        "  motion = { {time = 0, transform = move {0,0,0}}, {time = 1, transform = move {10,0,0}} "
+        "} }\n"
+        "sphere { radius = 0.5 }\n"
+        "camera { shutter = {0, 1} }");
+    assert_int_equal(d->instance_count, 4);
+    assert_int_equal(((const animation_desc *)description_setting(d, "animation")->desc)->frame, 3);
+    const instance *at = d->instances;
+    assert_true(at[0].key_count == 2 && at[0].keys[1].time == 9 && at[3].key_count == 0);
+    assert_int_equal(at[1].key_count, MOTION_STEPS + 1); /* from 0.2 to 0.3 s: a quarter */
+    assert_true(at[1].keys[0].time == 0.2f && at[1].keys[MOTION_STEPS].time == 0.3f);
+    dvec3 here = {0, 0, 0};
+    AT(place_at(&at[1], 0.2, here), 2, 0);
+    AT(place_at(&at[1], 0.25, here), 2 * sqrt(0.5), 2 * sqrt(0.5));
+    AT(place_at(&at[1], 0.3, here), 0, 2);
+    AT(place_at(&at[2], 0.2, here), 2 + 1, 5);
+    AT(place_at(&at[2], 0.25, here), 2.5 + sqrt(0.5), 5 + sqrt(0.5));
+    AT(place_at(&at[2], 0.3, here), 3, 5 + 1);
+    description_destroy(d);
+}
+
+/* A camera's function is asked over its own shutter; time and frame follow --frame. */
+static void cameras_and_the_clock(void **state) {
+    (void)state;
+    import_options options = options_with(NULL, 0);
+    static const char program[] =
+        "animation { fps = 4, last = 8 }\n"
+        "sphere { center = {time, frame, 0}, motion = { {time = 0, transform = transform.translate "
+        "{0, 0, 0}},\n"
+        "  {time = 2, transform = transform.translate {0, 0, 8}} } }\n"
+        "local b = sphere { motion = function(t) return transform.translate {t, 0, 0} end "
+        "}.bounds\n"
+        "print(b.center[1])\n"
+        "camera { kind = 'fisheye', shutter = {-1, 1},\n"
+        "  motion = function(t) return transform.translate {t, 0, 0} end }";
+    options.frame = 6;
+    write_file("scene.lua", program, sizeof program - 1);
+    description *d;
+    assert_int_equal(description_create(&d), SNELL_OK);
+    snell_status status = importer_lua.read("scene.lua", &options, d);
+    if (status) print_error("%s\n", error_last()->text);
+    assert_int_equal(status, SNELL_OK);
+    const snell_sphere_desc *s = desc_of(d, CATEGORY_SHAPE, 0);
+    assert_true(s->center.x == 1.25f && s->center.y == 6);
+    assert_string_equal(d->messages[0].text, "1.25");
+    const camera_common *c = desc_of(d, CATEGORY_CAMERA, 0);
+    assert_int_equal(c->motion_count, MOTION_STEPS + 1);
+    assert_true(c->motion[0].time == 1 && c->motion[MOTION_STEPS].time == 1.5f);
+    assert_true(c->motion[0].transform.m[0][3] == 1);
+    /* the sphere's function: over the camera's shutter, which is longer than the usual */
+    assert_true(d->instances[1].keys[0].time == 1 && d->instances[1].keys[16].time == 1.5f);
+    description_destroy(d);
+    options.frame = 9;
+    assert_int_equal(description_create(&d), SNELL_OK);
+    assert_int_equal(importer_lua.read("scene.lua", &options, d), SNELL_ERR_ARGUMENT);
+    assert_string_equal(error_last()->text, "frame 9: the animation has frames 1 to 8");
+    description_destroy(d);
+}
+
+/* An included program has its includer's clock, and what it moves still moves. */
+static void included_things_move(void **state) {
+    (void)state;
+    static const char part[] =
+        "sphere { center = {time, 0, 0}, motion = function(t) return transform.translate {t, 0, 0} "
+        "end }\n"
+        "camera { motion = { {time = 0, transform = transform.translate {0, 0, 0}},\n"
+        "  {time = 1, transform = transform.translate {0, 0, 1}} } }";
+    write_file("part.lua", part, sizeof part - 1);
+    description *d = run_good("animation { fps = 10, first = 5 }\n"
+                              "model { file = 'part.lua', camera = true,\n"
+                              "  transform = transform.rotate { axis = {0, 1, 0}, angle = 90 } }");
+    const snell_sphere_desc *s = desc_of(d, CATEGORY_SHAPE, 0);
+    assert_true(fabsf(s->center.x - 0.4f) < 1e-6f);
+    double m[3][4];
+    motion_interpolate(d->instances[0].keys, d->instances[0].key_count, 0.44, m);
+    assert_true(fabs(m[2][3] + 0.44) < 1e-5 && fabs(m[0][3]) < 1e-5); /* x turned to -z */
+    const camera_common *c = desc_of(d, CATEGORY_CAMERA, 0);
+    assert_true(c->motion_count == 2 && fabsf(c->motion[1].transform.m[0][3] - 1) < 1e-6f);
+    assert_true(fabsf(c->motion[1].transform.m[0][0] - 1) < 1e-6f);
+    description_destroy(d);
+}
+
 static void settings_and_lights_arrive(void **state) {
     (void)state;
     description *d =
@@ -727,6 +830,9 @@ int main(void) {
         cmocka_unit_test(a_profile_is_a_list_of_pairs),
         cmocka_unit_test(bounds_can_be_read),
         cmocka_unit_test(a_camera_can_frame_an_object),
+        cmocka_unit_test(motion_arrives),
+        cmocka_unit_test(cameras_and_the_clock),
+        cmocka_unit_test(included_things_move),
         cmocka_unit_test(settings_and_lights_arrive),
         cmocka_unit_test(parameters_are_typed_by_their_default),
         cmocka_unit_test(two_runs_give_the_same_records),

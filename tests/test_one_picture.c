@@ -206,6 +206,31 @@ static void build_everything(rig *r) {
     MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
 }
 
+/* The same, half of it in motion, turning and stretching, through a lens that moves too. */
+static void set_in_motion(rig *r) {
+    const description *d = r->scene->description;
+    snell_motion_key keys[3];
+    for (uint32_t i = 0; i < d->instance_count; i += 2) {
+        for (int k = 0; k < 3; k++) {
+            snell_vec3 to = v3(0.05 * k, 0.02 * k * k, -0.03 * k);
+            snell_transform step = turned(k % 2, 1 + 0.1 * k, 1, 1, to);
+            keys[k] = (snell_motion_key){0.01f * (float)k,
+                                         transform_multiply(&step, &d->instances[i].to_world)};
+        }
+        MUST(snell_scene_set_instance_motion(r->scene, (snell_instance_id){i + 1, 0}, keys, 3));
+    }
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    for (int k = 0; k < 2; k++)
+        keys[k] = (snell_motion_key){0.02f * (float)k, turned(0, 1, 1, 1, v3(0.1 * k, 0, 0))};
+    camera.from = v3(0.5, 2, 6);
+    camera.at = v3(0, 0.8, 0);
+    camera.lens_radius = 0.05f;
+    camera.blades = 5;
+    camera.motion = keys;
+    camera.motion_count = 2;
+    MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
+}
+
 /* ---- a scene that shines everywhere, for the integrators that draw lights ---- */
 
 /* Thousands of triangles of one mesh, every one a light, some by a texture, some half there. */
@@ -280,6 +305,7 @@ static void build_lights(rig *r) {
 static bool add_all_lights; /* to the scene above */
 
 static bool load_file; /* which scene is built: this file, or the one above */
+static bool in_motion;
 static const char *scene_path;
 
 static void build(rig *r) {
@@ -287,6 +313,7 @@ static void build(rig *r) {
         MUST(snell_scene_load(r->scene, scene_path, NULL));
     else
         build_everything(r);
+    if (in_motion) set_in_motion(r);
     if (add_all_lights && !load_file) {
         build_lights(r);
         build_swarm(r);
@@ -307,6 +334,10 @@ static snell_render_desc settings(rig *r, snell_integrator policy) {
     desc.min_weight = 0.002f;
     desc.pixel_center = false;
     desc.seed = 5;
+    if (in_motion) {
+        desc.camera = (snell_camera_id){2, 0};
+        desc.filter = SNELL_FILTER_GAUSSIAN;
+    }
     return desc;
 }
 
@@ -426,6 +457,17 @@ static void everything_is_one_picture(void **state) {
     check_seed_matters();
 }
 
+static void everything_in_motion_is_one_picture(void **state) {
+    (void)state;
+    load_file = false;
+    in_motion = true;
+    uint64_t expected = check_threads_and_waves("everything in motion", SNELL_WHITTED);
+    check_isas(SNELL_WHITTED, expected);
+    check_trees(SNELL_WHITTED, expected);
+    check_crop(SNELL_WHITTED);
+    in_motion = false;
+}
+
 static void all_light_is_one_picture(void **state) {
     (void)state;
     load_file = false;
@@ -467,6 +509,7 @@ static void every_showcase_is_one_picture(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(everything_is_one_picture),
+        cmocka_unit_test(everything_in_motion_is_one_picture),
         cmocka_unit_test(all_light_is_one_picture),
         cmocka_unit_test(every_showcase_is_one_picture),
     };

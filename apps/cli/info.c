@@ -10,6 +10,7 @@
 #include "session.h"
 #include "tag.h"
 #include "text.h"
+#include "values.h"
 
 enum { SHOWN_MAX = 20 };
 
@@ -177,6 +178,10 @@ static void print_scene(const char *path, const snell_scene *scene, const snell_
     print_objects(scene, "lights", s->light_count, snell_scene_get_light);
     print_objects(scene, "materials", s->material_count, snell_scene_get_material);
     print_params(scene, s->param_count);
+    snell_animation clock = {.struct_size = sizeof clock};
+    if (snell_scene_get_animation(scene, &clock) == SNELL_OK && clock.frame_count > 0)
+        printf("%-11s frames %d to %d, %.6g a second; this is frame %d\n", "animation", clock.first,
+               clock.last, (double)clock.fps, clock.frame);
 }
 
 static json_t *json_objects(const snell_scene *scene, uint32_t count, get_object *get) {
@@ -238,6 +243,11 @@ static void json_scene(json_t *root, const snell_scene *scene, const snell_scene
     json_object_set_new(root, "materials",
                         json_objects(scene, s->material_count, snell_scene_get_material));
     json_object_set_new(root, "params", json_params(scene, s->param_count));
+    snell_animation clock = {.struct_size = sizeof clock};
+    if (snell_scene_get_animation(scene, &clock) == SNELL_OK && clock.frame_count > 0)
+        json_object_set_new(root, "animation",
+                            json_pack("{s:f,s:i,s:i,s:i}", "fps", (double)clock.fps, "first",
+                                      clock.first, "last", clock.last, "frame", clock.frame));
     json_object_set_new(root, "memory", memory);
     json_object_set_new(root, "has_emission", json_boolean(s->has_emission));
     json_object_set_new(root, "has_background", json_boolean(s->has_background));
@@ -311,6 +321,10 @@ int info_command(const options *o) {
     progress_setup(NULL);
     session s;
     int code = session_open(&s, o);
+    if (code == EXIT_DONE) {
+        uint32_t last;
+        code = values_read_frames(o, &s.frame, &last);
+    }
     if (code == EXIT_DONE) {
         progress_begin("info");
         code = info_all(&s, o);

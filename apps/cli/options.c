@@ -77,6 +77,17 @@ const option_info option_table[] = {
     {OPT_SEED, "seed", 0, "N", "scene, 0", "another choice of random numbers", RENDERING,
      CMD_RENDER, OPTION_PICTURE, NULL, false},
 
+    {OPT_FILTER, "filter", 0, "NAME", "scene, box",
+     "box, tent, gaussian or blackman-harris: how samples make a pixel", RENDERING, CMD_RENDER,
+     OPTION_PICTURE, "box|tent|gaussian|blackman-harris", false},
+    {OPT_FILTER_RADIUS, "filter-radius", 0, "PIXELS", "scene; box 0.5, tent 1, others 1.5",
+     "how far it reaches", RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
+
+    {OPT_FRAME, "frame", 0, "N", "the first", "one frame of a scene with animation{}", PROGRAMS,
+     CMD_RENDER | CMD_INFO, OPTION_PICTURE, NULL, false},
+    {OPT_FRAMES, "frames", 0, "A..B", NULL,
+     "each of these frames, in files of their own: OUT.0001.png, or where OUT has %04d", PROGRAMS,
+     CMD_RENDER, 0, NULL, false},
     {OPT_SET, "set", 'D', "NAME=VALUE", NULL, "a value for param(\"NAME\") in a Lua scene",
      PROGRAMS, CMD_RENDER | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, NULL, false},
     {OPT_ALLOW, "allow", 'I', "DIR", "the scene's own folder", "also read files in DIR", PROGRAMS,
@@ -132,6 +143,7 @@ const command_info command_table[] = {
      "snell render shoe.glb --background transparent -o shoe.png\n"
      "snell render *.stl -o 'thumbs/{name}.png' -s 256x256 --strict\n"
      "snell render glass.lua -D depth=5 -n 64 -o glass.exr\n"
+     "snell render planets.lua --frames 1..120 -o 'out/%04d.png'\n"
      "ssh server snell render - -o - < scene.lua > scene.png"},
     {CMD_INFO, "info", "FILE...", "what is in this model, scene or picture",
      "what is in a model, a scene or a picture\n"

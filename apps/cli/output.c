@@ -57,6 +57,37 @@ static char *expand_name(const char *pattern, const char *input) {
     return path;
 }
 
+/* The place of "%d", "%4d" or "%04d" and its length; NULL without one. The other % of a pattern stand
+ * for themselves. */
+static const char *find_number(const char *pattern, size_t *length) {
+    for (const char *at = strchr(pattern, '%'); at != NULL; at = strchr(at + 1, '%')) {
+        size_t digits = strspn(at + 1, "0123456789");
+        if (digits > 2 || at[digits + 1] != 'd') continue;
+        *length = digits + 2;
+        return at;
+    }
+    return NULL;
+}
+
+/* `path` with the frame's number where its %04d stands, else before its extension. */
+static char *expand_number(char *path, uint32_t frame) {
+    size_t length = 0, size = strlen(path) + 128;
+    const char *mark = find_number(path, &length);
+    char *numbered = malloc(size);
+    if (numbered != NULL && mark != NULL) {
+        int width = atoi(mark + 1);
+        snprintf(numbered, size, mark[1] == '0' ? "%.*s%0*u%s" : "%.*s%*u%s", (int)(mark - path),
+                 path, width, frame, mark + length);
+    } else if (numbered != NULL) {
+        const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path;
+        const char *dot = strrchr(name, '.');
+        size_t stem = dot != NULL && dot != name ? (size_t)(dot - path) : strlen(path);
+        snprintf(numbered, size, "%.*s.%04u%s", (int)stem, path, frame, path + stem);
+    }
+    free(path);
+    return numbered;
+}
+
 static const char *path_extension(const char *path) {
     const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path;
     const char *dot = strrchr(name, '.');
@@ -160,9 +191,11 @@ static int plan_standard(output *out, const options *o) {
     return check_format(out->format, name);
 }
 
-int output_plan(output *out, const options *o, const char *input) {
+int output_plan(output *out, const options *o, const char *input, uint32_t frame) {
     *out = (output){.given = o->value[OPT_OUTPUT], .force = o->value[OPT_FORCE] != NULL};
     out->path = expand_name(out->given != NULL ? out->given : "{name}.png", input);
+    if (out->path != NULL && frame > 0 && !is_standard(out))
+        out->path = expand_number(out->path, frame);
     if (out->path == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
     if (is_standard(out)) return plan_standard(out, o);
     if (o->value[OPT_FORMAT] != NULL) {
@@ -185,6 +218,16 @@ int output_check_all(const options *o) {
     size_t count = o->operands.count;
     if (o->given[OPT_OUTPUT] > 1) {
         return report_usage(NULL, "-o is given twice; one render writes one picture");
+    }
+    if (o->value[OPT_FRAMES] != NULL && given != NULL && strcmp(given, "-") == 0) {
+        return report_usage("such as -o 'out/%04d.png'",
+                            "--frames makes several pictures; standard output takes one");
+    }
+    for (size_t i = 0; i < count && o->value[OPT_FRAMES] != NULL; i++) {
+        if (strcmp(o->operands.items[i], "-") == 0)
+            return report_usage(
+                "put it into a file",
+                "--frames reads the scene once per frame, standard input only once");
     }
     size_t length = 0;
     const char *mark = given != NULL ? unknown_mark(given, &length) : NULL;

@@ -13,8 +13,9 @@ typedef struct output {
     bool force;
 } output;
 
-/* Names the picture of `input`, and checks before any work that it can be written. Exit code. */
-int output_plan(output *out, const options *o, const char *input);
+/* Names the picture of `input`, and checks before any work that it can be written. frame: 0, or the
+ * number that --frames puts into the name. Exit code. */
+int output_plan(output *out, const options *o, const char *input, uint32_t frame);
 void output_free(output *out);
 /* Before the first picture: would two inputs write one file? */
 int output_check_all(const options *o);

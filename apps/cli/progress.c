@@ -23,6 +23,8 @@ static struct {
     uint64_t rate_rays;
     char phase[16];
     bool on_screen, active;
+    size_t part, parts; /* of several pictures */
+    double all_started;
 } state;
 
 static volatile sig_atomic_t caught;
@@ -62,6 +64,23 @@ void progress_clear(void) {
     if (!state.on_screen) return;
     fputs("\r\033[K", stderr);
     state.on_screen = false;
+}
+
+void progress_part(size_t index, size_t count) {
+    if (index == 0) state.all_started = now_seconds();
+    state.part = index;
+    state.parts = count;
+}
+
+/* What is said of one picture, as said of them all: reading and building count for little. */
+static snell_progress of_all(const snell_progress *one, double now) {
+    snell_progress all = *one;
+    if (state.parts < 2) return all;
+    double within = strcmp(one->phase, "render") == 0 ? one->fraction : 0;
+    all.fraction = ((double)state.part + within) / (double)state.parts;
+    all.seconds_left =
+        all.fraction > 0.005 ? (now - state.all_started) * (1 - all.fraction) / all.fraction : -1;
+    return all;
 }
 
 void progress_end(void) {
@@ -163,7 +182,8 @@ bool progress_report(void *user, const snell_progress *progress) {
     double now = now_seconds();
     if (!state.active || state.kind == PROGRESS_NONE) return true;
     update_rate(now, progress);
-    if (now - state.started >= quiet_seconds) show(progress, now);
+    snell_progress all = of_all(progress, now);
+    if (now - state.started >= quiet_seconds) show(&all, now);
     return true;
 }
 

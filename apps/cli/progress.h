@@ -9,8 +9,10 @@
 /* `when` is a word of --progress, NULL for auto. */
 void progress_setup(const char *when);
 void progress_begin(const char *label); /* borrowed; the clock starts */
-void progress_end(void);                /* takes the line off the screen */
-void progress_clear(void);              /* the same for the moment; the caller holds report_lock */
+/* Of several pictures, the index-th is next: the line shows all of them. */
+void progress_part(size_t index, size_t count);
+void progress_end(void);   /* takes the line off the screen */
+void progress_clear(void); /* the same for the moment; the caller holds report_lock */
 bool progress_report(void *user, const snell_progress *progress); /* a snell_progress_fn */
 double progress_seconds(void);                                    /* since progress_begin */
 

@@ -99,6 +99,11 @@ static int apply_settings(job *j) {
     if (v->has_min_weight) d->min_weight = v->min_weight;
     if (v->has_seed) d->seed = v->seed;
     if (v->transparent) d->transparent = true;
+    if (v->has_filter) { /* another filter has another radius */
+        if (v->filter != d->filter) d->filter_radius = 0;
+        d->filter = v->filter;
+    }
+    if (v->filter_radius > 0) d->filter_radius = v->filter_radius;
     d->progress = progress_report;
     return apply_size(j);
 }
@@ -273,7 +278,7 @@ static int write_picture(job *j, bool partial) {
     snell_image_desc image = image_settings(j);
     char *tag = NULL;
     if (j->options->value[OPT_STRIP] == NULL) {
-        tag = tag_make(j->options, j->input, &j->desc, partial);
+        tag = tag_make(j->options, j->input, &j->desc, j->session->frame, partial);
         if (tag == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
     }
     image.tag = tag;
@@ -309,7 +314,8 @@ static int render_and_write(job *j) {
 }
 
 static int run_job(job *j) {
-    int code = output_plan(&j->output, j->options, j->input);
+    int code = output_plan(&j->output, j->options, j->input,
+                           j->values->many_frames ? j->session->frame : 0);
     if (code == EXIT_DONE) code = session_load(j->session, j->input, &j->scene);
     j->load = progress_seconds();
     if (code == EXIT_DONE) code = prepare(j);
@@ -416,6 +422,7 @@ static void json_picture(json_t *root, const job *j) {
     text_format_float(j->desc.min_weight, weight);
     json_object_set_new(root, "min_weight", json_real(strtod(weight, NULL)));
     set_count(root, "seed", j->desc.seed);
+    if (j->session->frame > 0) set_count(root, "frame", j->session->frame);
     json_seconds(root, j);
     json_rays(root, &j->stats);
     set_count(root, "threads", snell_context_thread_count(j->session->context));
@@ -478,21 +485,26 @@ static int render_all(session *s, const render_values *values) {
     size_t failed = 0;
     snell_status status = snell_film_create(s->context, &film);
     int code = status == SNELL_OK ? EXIT_DONE : report_status(status, NULL);
-    for (size_t i = 0; film != NULL && i < files->count && signals_caught() == 0; i++) {
+    size_t frames = values->many_frames ? values->frame_last - values->frame_first + 1 : 1;
+    size_t count = files->count * frames;
+    for (size_t i = 0; film != NULL && i < count && signals_caught() == 0; i++) {
         if (i > 0) report_begin();
-        code = render_file(s, values, files->items[i], film, &result);
+        if (values->frame_first > 0) s->frame = values->frame_first + (uint32_t)(i % frames);
+        progress_part(i, values->many_frames ? count : 1);
+        code = render_file(s, values, files->items[i / frames], film, &result);
         failed += code != EXIT_DONE;
         if (result != NULL) json_array_append_new(results, result);
         result = NULL;
     }
-    if (film != NULL && files->count > 1) {
+    if (film != NULL && count > 1) {
         code = failed > 0 ? EXIT_SOME_FAILED : EXIT_DONE;
-        if (failed > 0) report_note("%zu of %zu files failed", failed, files->count);
+        if (failed > 0)
+            report_note("%zu of %zu %s failed", failed, count, frames > 1 ? "pictures" : "files");
     }
     snell_film_destroy(film);
     if (report_json() && json_array_size(results) > 0) {
         json_t *root = json_incref(json_array_get(results, 0));
-        if (files->count > 1) {
+        if (count > 1) {
             json_decref(root);
             root = json_object();
             json_object_set_new(root, "schema", json_integer(1));

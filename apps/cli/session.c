@@ -194,6 +194,16 @@ static int check_takes_values(const snell_scene *scene, const char *path) {
                         path);
 }
 
+/* A frame of what does not change is a mistake too. */
+static int check_has_frames(const snell_scene *scene, const char *path) {
+    snell_animation clock = {.struct_size = sizeof clock};
+    snell_status status = snell_scene_get_animation(scene, &clock);
+    if (status != SNELL_OK) return report_status(status, path);
+    if (clock.frame_count > 0) return EXIT_DONE;
+    return report_usage("only a scene program with animation{} has: 'snell help animation'",
+                        "%s has no frames", path);
+}
+
 static int load_into(session *s, snell_scene *scene, const char *path) {
     const options *o = s->options;
     snell_load_desc desc = SNELL_INIT(load_desc);
@@ -203,16 +213,18 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
     desc.asset_dir_count = o->allow.count;
     desc.format = o->value[OPT_INPUT_FORMAT];
     desc.up = o->value[OPT_UP];
+    desc.frame = s->frame;
     desc.memory_max = s->memory_max;
     desc.progress = progress_report;
     snell_status status = snell_scene_load(scene, path, &desc);
     if (signals_caught() != 0) return EXIT_SOME_FAILED;
     if (status != SNELL_OK) {
-        bool from_command_line = status == SNELL_ERR_ARGUMENT && o->set.count > 0;
+        bool from_command_line = status == SNELL_ERR_ARGUMENT && (o->set.count > 0 || s->frame > 0);
         return from_command_line ? report_status_as(EXIT_USAGE, status, path)
                                  : report_status(status, path);
     }
-    return o->set.count > 0 ? check_takes_values(scene, path) : EXIT_DONE;
+    int code = o->set.count > 0 ? check_takes_values(scene, path) : EXIT_DONE;
+    return code == EXIT_DONE && s->frame > 0 ? check_has_frames(scene, path) : code;
 }
 
 int session_load(session *s, const char *path, snell_scene **out) {

@@ -10,6 +10,7 @@ typedef struct session {
     const options *options;
     snell_context *context;
     uint64_t memory_max; /* 0: not limited */
+    uint32_t frame;      /* of an animation; 0: its first */
     char *spool_folder;  /* where standard input was written; "" when it was not */
     char *spool_file;
 } session;

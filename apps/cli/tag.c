@@ -18,7 +18,8 @@ static void append(json_t *list, const char *name, const char *value) {
 }
 
 /* What the picture was made with, whether the command line or the scene said it. */
-static void append_settings(json_t *list, const options *o, const snell_render_desc *desc) {
+static void append_settings(json_t *list, const options *o, const snell_render_desc *desc,
+                            uint32_t frame) {
     char text[32];
     append(list, "integrator", integrator_name(desc->integrator));
     snprintf(text, sizeof text, "%" PRIu32 "x%" PRIu32, desc->width, desc->height);
@@ -34,16 +35,19 @@ static void append_settings(json_t *list, const options *o, const snell_render_d
     append(list, "min-weight", text);
     snprintf(text, sizeof text, "%" PRIu64, desc->seed);
     append(list, "seed", text);
+    snprintf(text, sizeof text, "%" PRIu32, frame);
+    if (frame > 0) append(list, "frame", text);
 }
 
 static bool is_setting(option_id id) {
     return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_MAX_DEPTH ||
-           id == OPT_MIN_WEIGHT || id == OPT_SEED;
+           id == OPT_MIN_WEIGHT || id == OPT_SEED || id == OPT_FRAME;
 }
 
-char *tag_make(const options *o, const char *file, const snell_render_desc *desc, bool partial) {
+char *tag_make(const options *o, const char *file, const snell_render_desc *desc, uint32_t frame,
+               bool partial) {
     json_t *tag = json_object(), *list = json_array();
-    append_settings(list, o, desc);
+    append_settings(list, o, desc, frame);
     for (size_t i = 0; i < option_table_count; i++) {
         const option_info *info = &option_table[i];
         if ((info->flags & OPTION_PICTURE) == 0 || (info->flags & OPTION_HIDDEN) != 0) continue;

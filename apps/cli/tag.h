@@ -10,7 +10,8 @@
 #include "options.h"
 
 /* The caller frees it; NULL on lack of memory. */
-char *tag_make(const options *o, const char *file, const snell_render_desc *desc, bool partial);
+char *tag_make(const options *o, const char *file, const snell_render_desc *desc, uint32_t frame,
+               bool partial); /* frame 0: none was asked for */
 /* NULL when the tag is not of this form, or an option in it is not render's. */
 json_t *tag_read(const char *tag);
 

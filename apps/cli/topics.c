@@ -86,6 +86,7 @@ static const char shapes_text[] =
     "Every shape takes\n"
     "  material      what material.NAME { .. } gave; none: matt grey\n"
     "  transform     what transform.NAME gave; none: as it is described\n"
+    "  motion        how it moves: 'snell help motion'\n"
     "  name          a text, for 'snell info' and messages\n"
     "\n"
     "There are also triangle, model, include, group and instance: 'snell help\n"
@@ -104,8 +105,31 @@ static const char cameras_text[] =
     "                {0, 0} is the front, of a shape, group or model that then fills\n"
     "                the picture\n"
     "\n"
+    "With lens_radius a camera has depth of field; where something moves, its\n"
+    "shutter blurs it. Parallel rays (orthographic) begin level with 'from': put it\n"
+    "well back.\n"
+    "\n"
     "The first camera is the default one. A scene without any is framed as a model\n"
     "is.";
+
+static const char motion_text[] =
+    "  animation { fps = 24, first = 1, last = 120 }     sets the globals time and frame\n"
+    "  sphere { motion = { {time = 0, transform = a}, {time = 0.5, transform = b} } }\n"
+    "  group { .., motion = function(t) return transform.translate {0, 2 * t, 0} end }\n"
+    "\n"
+    "Every shape, group, instance and model, and the camera, takes motion: keys in\n"
+    "the order of their times, or a function of the time. Times are seconds; frame f\n"
+    "is at time (f - 1) / fps. Motion comes after the transform of the same table.\n"
+    "Between keys, places and sizes go straight and turns take the shorter arc, so\n"
+    "keys are less than half a turn apart; before the first and after the last\n"
+    "nothing moves.\n"
+    "\n"
+    "A camera's shutter = {open, close} counts in frames from the frame's own time;\n"
+    "{0, 0.5} is the usual half. shutter = {0, 0} freezes everything.\n"
+    "\n"
+    "The program runs once for each frame: what reads 'time' or 'frame' differs\n"
+    "between frames, what has motion also blurs within one. --frame N makes one\n"
+    "frame, --frames A..B each in a file of its own.";
 
 static const char textures_text[] =
     "  texture.image { file = \"wood.png\", encoding = \"srgb\" }     PNG or JPEG\n"
@@ -262,7 +286,7 @@ static const char environment_text[] =
 const help_topic help_topics[] = {
     {"formats", NULL, "the files that are read and written", NULL, false},
     {"scene", NULL, "the scene language", scene_text, false},
-    {"settings", "setting", "render{}, background{} and ambient{} of a scene", settings_text,
+    {"settings", "setting", "render{}, background{}, ambient{} and animation{}", settings_text,
      false},
     {"materials", "material", "how surfaces scatter light", materials_text, false},
     {"lights", "light", "where light comes from", lights_text, false},
@@ -274,6 +298,7 @@ const help_topic help_topics[] = {
     {"units", NULL, "what the numbers of a scene mean", units_text, false},
     {"exit", NULL, "what the exit code says", exit_text, false},
     {"environment", NULL, "variables that snell reads", environment_text, false},
+    {"motion", NULL, "what moves, and the frames of an animation", motion_text, false},
     {"group", NULL, "several shapes as one", group_text, true},
     {"instance", NULL, "a shape, group or model at another place", instance_text, true},
     {"model", NULL, "what another file draws", model_text, true},
@@ -297,6 +322,9 @@ static const struct {
     {"shape", "mesh",
      "In a scene also mesh { file = \"bunny.ply\" }: the surfaces of another file, with none of "
      "the fields below."},
+    {"setting", "animation",
+     "In a scene 'frame' is not written: it comes from --frame. The call sets the globals time and "
+     "frame, and stands before they are read: 'snell help motion'."},
     {"camera", "perspective",
      "In a scene: camera { from = {0, 2, 8} }, or camera { view = {30, 12}, of = shape }: 'snell "
      "help camera'."},
@@ -311,7 +339,7 @@ const char *help_note(const snell_type_info *type) {
 }
 
 const char *help_common_fields(const char *category) {
-    if (strcmp(category, "shape") == 0) return "material, transform, name";
+    if (strcmp(category, "shape") == 0) return "material, transform, motion, name";
     if (strcmp(category, "camera") == 0) return "kind, name, view, of";
     return strcmp(category, "setting") == 0 ? NULL : "name";
 }

@@ -203,10 +203,55 @@ static int read_rendering(const options *o, render_values *v) {
     return code;
 }
 
+/* "A..B" */
+static bool read_range(const char *text, uint64_t *first, uint64_t *last) {
+    char number[16];
+    const char *dots = strstr(text, "..");
+    if (dots == NULL || (size_t)(dots - text) >= sizeof number) return false;
+    memcpy(number, text, (size_t)(dots - text));
+    number[dots - text] = '\0';
+    return text_uint(number, 1, FRAME_MAX, first) && text_uint(dots + 2, *first, FRAME_MAX, last);
+}
+
+int values_read_frames(const options *o, uint32_t *first, uint32_t *last) {
+    const char *one = o->value[OPT_FRAME], *many = o->value[OPT_FRAMES];
+    uint64_t a = 0, b = 0;
+    if (one != NULL && many != NULL) {
+        return report_usage(NULL, "--frame and --frames exclude each other");
+    }
+    if (one != NULL && !text_uint(one, 1, FRAME_MAX, &a)) {
+        return report_usage(NULL, "--frame: '%s' is not a whole number from 1 to %d", one,
+                            FRAME_MAX);
+    }
+    if (many != NULL && !read_range(many, &a, &b)) {
+        return report_usage("such as --frames 1..120", "--frames: '%s' is no range of frames",
+                            many);
+    }
+    *first = (uint32_t)a;
+    *last = (uint32_t)(many != NULL ? b : a);
+    return EXIT_DONE;
+}
+
+static int read_filter(const options *o, render_values *v) {
+    static const char *const names[] = {"box", "tent", "gaussian", "blackman-harris"};
+    const char *name = o->value[OPT_FILTER];
+    double number = 0;
+    v->has_filter = name != NULL;
+    for (int i = 0; i < 4 && name != NULL; i++)
+        if (strcmp(name, names[i]) == 0) v->filter = (snell_filter)i;
+    if (o->value[OPT_FILTER_RADIUS] == NULL) return EXIT_DONE;
+    int code = read_decimal(o, OPT_FILTER_RADIUS, "filter-radius", 0.01, 16, &number);
+    v->filter_radius = (float)number;
+    return code;
+}
+
 int values_read(const options *o, render_values *v) {
     memset(v, 0, sizeof *v);
     int code = read_picture(o, v);
     if (code == EXIT_DONE) code = read_rendering(o, v);
+    if (code == EXIT_DONE) code = read_filter(o, v);
+    if (code == EXIT_DONE) code = values_read_frames(o, &v->frame_first, &v->frame_last);
+    v->many_frames = o->value[OPT_FRAMES] != NULL;
     if (code == EXIT_DONE && o->value[OPT_CAMERA] != NULL && v->has_view) {
         code = report_usage("--view frames the model by itself", "--camera and --view exclude each "
                                                                  "other");

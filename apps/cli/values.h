@@ -30,8 +30,17 @@ typedef struct render_values {
     uint32_t max_depth;
     float min_weight;
     uint64_t seed;
+    bool has_filter;
+    snell_filter filter;
+    float filter_radius;              /* 0: not given */
+    uint32_t frame_first, frame_last; /* 0: not given; of --frame both are the same */
+    bool many_frames;                 /* --frames */
 } render_values;
 
+enum { FRAME_MAX = 1000000 };
+
+/* The frames that --frame or --frames asks for; 0 and 0 for none. */
+int values_read_frames(const options *o, uint32_t *first, uint32_t *last);
 int values_read(const options *o, render_values *out); /* exit code */
 const char *integrator_name(snell_integrator integrator);
 

@@ -70,6 +70,8 @@ static bool parse(int count, char **arguments, request *out) {
         if (strcmp(name, PROTOCOL_FORMAT) == 0) out->format = value;
         if (strcmp(name, PROTOCOL_UP) == 0) out->import.up = value;
         if (strcmp(name, PROTOCOL_PROGRAMS) == 0) out->import.allow_programs = value[0] == '1';
+        if (strcmp(name, PROTOCOL_FRAME) == 0)
+            out->import.frame = (uint32_t)strtoul(value, NULL, 10);
         if (strcmp(name, PROTOCOL_MEMORY) == 0) out->import.memory_max = strtoull(value, NULL, 10);
         if (strcmp(name, PROTOCOL_TIME) == 0) out->time_max = strtoull(value, NULL, 10);
         if (strcmp(name, PROTOCOL_PARAM) == 0) out->params[out->import.param_count++] = value;

@@ -171,6 +171,7 @@ typedef struct snell_load_desc {
     const char *up;      /* "x" "y" "z" "-x" "-y" "-z"; NULL: as the format says */
     uint64_t memory_max; /* bytes the import may use; 0: a share of the machine's memory */
     double time_max;     /* CPU seconds the import may use; 0: 300 */
+    uint32_t frame;      /* which frame of an animation, 1 to 1000000; 0: its first */
     bool allow_programs; /* run .lua; default true */
     /* Files are read by the sandboxed program snell-import, started with posix_spawn; default true.
      * false: only snell_scene_add_* and compiled scenes. */
@@ -366,6 +367,34 @@ SNELL_API snell_status snell_scene_intersect_all(const snell_scene *scene, const
 SNELL_API snell_status snell_scene_occluded(const snell_scene *scene, const snell_ray *rays,
                                             uint8_t *blocked,
                                             size_t count); /* 1 if anything is hit */
+
+/* ---- materials by themselves: of the last commit ------------------------------------------------ */
+
+/* Directions are of any length, point away from the surface, and are in the surface's own frame: z is
+ * the outward normal. wo is where light goes to (wo.z < 0: it leaves from the inside), wi where it comes
+ * from. uv may be NULL: (0, 0). Arrays have `count` elements. What is outside is vacuum. Many threads may
+ * call these at once. SNELL_ERR_STATE: no commit, or an edit under way; SNELL_ERR_ARGUMENT: a material
+ * that the commit does not know, a zero direction, NaN; then nothing is written. */
+
+/* The BSDF f(wo, wi), 1/sr, without the cosine. Mirrors and smooth glass are deltas: they are left out. */
+SNELL_API snell_status snell_material_eval(const snell_scene *scene, snell_material_id material,
+                                           const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *wi,
+                                           snell_vec3 *f, size_t count);
+/* The density with which snell_material_sample draws wi, per solid angle; deltas are left out. */
+SNELL_API snell_status snell_material_pdf(const snell_scene *scene, snell_material_id material,
+                                          const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *wi,
+                                          float *pdf, size_t count);
+typedef struct snell_scattering {
+    snell_vec3 wi;     /* unit */
+    snell_vec3 weight; /* f |wi.z| / pdf: what light from wi counts */
+    float pdf;         /* per solid angle; 0: a mirror's or smooth glass's only direction */
+    bool found;        /* false: nothing comes back for these numbers; counts as a sample of 0 */
+    bool transmitted;  /* wi is on the other side than wo */
+} snell_scattering;
+/* One direction for each u in [0, 1)^3: x chooses among the material's parts, y and z draw from it. */
+SNELL_API snell_status snell_material_sample(const snell_scene *scene, snell_material_id material,
+                                             const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *u,
+                                             snell_scattering *out, size_t count);
 
 /* ---- render: blocking, the same bits for the same settings ----------------------------------- */
 
@@ -1043,6 +1072,69 @@ static inline snell_ggx_desc snell_ggx_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_ggx(snell_scene *scene, const snell_ggx_desc *desc, snell_material_id *out);
 
+enum { SNELL_PRINCIPLED_SHADOW_FILTER, SNELL_PRINCIPLED_SHADOW_OPAQUE, SNELL_PRINCIPLED_SHADOW_NONE };
+typedef struct snell_principled_desc { /* the glTF 2.0 model: metal, plastic, glass, varnish, velvet */
+    size_t struct_size;
+    snell_input emission; /* radiance that it sends out; W/(m^2 sr); >= 0 */
+    bool emit_two_sided; /* emit from the inside too */
+    snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
+    snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
+    float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
+    int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
+    snell_input base_color; /* of the diffuse part, of a metal, of what passes; >= 0 */
+    snell_input metallic; /* 0 is a dielectric, 1 a metal; 0 to 1 */
+    snell_input roughness; /* 0 is a mirror; alpha of GGX is its square; 0 to 1 */
+    float ior; /* index of refraction of the dielectric; 1 to 10 */
+    snell_input specular; /* strength of the dielectric's reflection; 0 to 1 */
+    snell_input specular_color; /* multiplies the dielectric's reflection at normal incidence; >= 0 */
+    snell_input transmission; /* how much of what enters the dielectric passes; 0 to 1 */
+    float thickness; /* 0: thin walls that light crosses straight; above: a closed shape is full of it; m; >= 0 */
+    snell_vec3 attenuation_color; /* what is left of white light after attenuation_distance; 1e-06 to 1 */
+    float attenuation_distance; /* 0: attenuation_color is not used; m; >= 0 */
+    int32_t priority; /* where solids overlap the higher one is present; -1000 to 1000 */
+    snell_input clearcoat; /* strength of a coat of varnish; 0 to 1 */
+    snell_input clearcoat_roughness; /* of the coat; 0 to 1 */
+    snell_input sheen_color; /* of velvet's fibres; 0: none; >= 0 */
+    snell_input sheen_roughness; /* of the fibres; below 0.26 it counts as that; 0 to 1 */
+} snell_principled_desc;
+static inline snell_principled_desc snell_principled_desc_init(size_t struct_size) {
+    snell_principled_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.ambient.x = (float)1;
+    desc.ambient.y = (float)1;
+    desc.ambient.z = (float)1;
+    desc.alpha.value.x = (float)1;
+    desc.alpha.value.y = (float)1;
+    desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
+    desc.base_color.value.x = (float)0.800000012;
+    desc.base_color.value.y = (float)0.800000012;
+    desc.base_color.value.z = (float)0.800000012;
+    desc.roughness.value.x = (float)0.5;
+    desc.roughness.value.y = (float)0.5;
+    desc.roughness.value.z = (float)0.5;
+    desc.ior = (float)1.5;
+    desc.specular.value.x = (float)1;
+    desc.specular.value.y = (float)1;
+    desc.specular.value.z = (float)1;
+    desc.specular_color.value.x = (float)1;
+    desc.specular_color.value.y = (float)1;
+    desc.specular_color.value.z = (float)1;
+    desc.attenuation_color.x = (float)1;
+    desc.attenuation_color.y = (float)1;
+    desc.attenuation_color.z = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_principled(snell_scene *scene, const snell_principled_desc *desc, snell_material_id *out);
+
 enum { SNELL_EMISSIVE_SHADOW_FILTER, SNELL_EMISSIVE_SHADOW_OPAQUE, SNELL_EMISSIVE_SHADOW_NONE };
 typedef struct snell_emissive_desc { /* a lamp: black, and it shines */
     size_t struct_size;
@@ -1078,6 +1170,44 @@ static inline snell_emissive_desc snell_emissive_desc_init(size_t struct_size) {
     return desc;
 }
 SNELL_API snell_status snell_scene_add_emissive(snell_scene *scene, const snell_emissive_desc *desc, snell_material_id *out);
+
+enum { SNELL_MIX_SHADOW_FILTER, SNELL_MIX_SHADOW_OPAQUE, SNELL_MIX_SHADOW_NONE };
+typedef struct snell_mix_desc { /* a blend of two materials */
+    size_t struct_size;
+    snell_input emission; /* radiance that it sends out; W/(m^2 sr); >= 0 */
+    bool emit_two_sided; /* emit from the inside too */
+    snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
+    snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
+    float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
+    int32_t shadow; /* filter: glass and alpha let light through */
+    snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
+    snell_input normal_scale; /* multiplies the slope of normal_map */
+    snell_input bump; /* a height whose slopes bend the shading normal; m */
+    float bump_scale; /* multiplies bump */
+    snell_material_id a; /* one material; neither may be made of others; required */
+    snell_material_id b; /* the other; neither may bound a medium; required */
+    snell_input weight; /* how much of it is b; 0 to 1 */
+} snell_mix_desc;
+static inline snell_mix_desc snell_mix_desc_init(size_t struct_size) {
+    snell_mix_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.ambient.x = (float)1;
+    desc.ambient.y = (float)1;
+    desc.ambient.z = (float)1;
+    desc.alpha.value.x = (float)1;
+    desc.alpha.value.y = (float)1;
+    desc.alpha.value.z = (float)1;
+    desc.normal_scale.value.x = (float)1;
+    desc.normal_scale.value.y = (float)1;
+    desc.normal_scale.value.z = (float)1;
+    desc.bump_scale = (float)1;
+    desc.weight.value.x = (float)0.5;
+    desc.weight.value.y = (float)0.5;
+    desc.weight.value.z = (float)0.5;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_mix(snell_scene *scene, const snell_mix_desc *desc, snell_material_id *out);
 
 typedef struct snell_point_light_desc { /* shines from one point in every direction */
     size_t struct_size;
@@ -1432,12 +1562,19 @@ static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
-typedef struct snell_perspective_camera_desc { /* a pinhole camera */
+typedef struct snell_perspective_camera_desc { /* a pinhole camera, or a thin lens with depth of field */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */
     snell_vec3 at; /* what it looks at; m */
     snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
     float fov; /* vertical field of view; radians; 0.0001 to 3.1415 */
+    float lens_radius; /* 0: a pinhole, everything sharp; larger: more blur out of focus; m; >= 0 */
+    float focus; /* distance of the sharp plane along the view; 0: that of 'at'; m; >= 0 */
+    int32_t blades; /* sides of the aperture, 3 to 16; 0: round; 0 to 16 */
+    float blade_rotation; /* turns the aperture, whose first corner is on the right; radians */
 } snell_perspective_camera_desc;
 static inline snell_perspective_camera_desc snell_perspective_camera_desc_init(size_t struct_size) {
     snell_perspective_camera_desc desc;
@@ -1445,10 +1582,75 @@ static inline snell_perspective_camera_desc snell_perspective_camera_desc_init(s
     desc.struct_size = struct_size;
     desc.from.z = (float)5;
     desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
     desc.fov = (float)0.69813168;
     return desc;
 }
 SNELL_API snell_status snell_scene_add_perspective_camera(snell_scene *scene, const snell_perspective_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_orthographic_camera_desc { /* parallel rays: the same size near and far */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+    float height; /* what the picture is high, around 'at'; m; > 0 */
+} snell_orthographic_camera_desc;
+static inline snell_orthographic_camera_desc snell_orthographic_camera_desc_init(size_t struct_size) {
+    snell_orthographic_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    desc.height = (float)2;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_orthographic_camera(snell_scene *scene, const snell_orthographic_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_panorama_camera_desc { /* everything around, longitude by latitude; twice as wide as high */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+} snell_panorama_camera_desc;
+static inline snell_panorama_camera_desc snell_panorama_camera_desc_init(size_t struct_size) {
+    snell_panorama_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_panorama_camera(snell_scene *scene, const snell_panorama_camera_desc *desc, snell_camera_id *out);
+
+typedef struct snell_fisheye_camera_desc { /* a wide circle: angles from the view are distances from its middle */
+    size_t struct_size;
+    snell_vec3 from; /* where the eye is; m */
+    snell_vec3 at; /* what it looks at; m */
+    snell_vec3 up; /* what is up in the picture */
+    snell_vec2 shutter; /* when it opens and closes, from the frame's own time; seen where something moves; frames; -1000 to 1000 */
+    const snell_motion_key *motion; /* moves the camera from where 'from' and 'at' put it */
+    size_t motion_count;
+    float fov; /* across the circle; radians; 0.0001 to 6.28319 */
+} snell_fisheye_camera_desc;
+static inline snell_fisheye_camera_desc snell_fisheye_camera_desc_init(size_t struct_size) {
+    snell_fisheye_camera_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.from.z = (float)5;
+    desc.up.y = (float)1;
+    desc.shutter.y = (float)0.5;
+    desc.fov = (float)3.14159274;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_fisheye_camera(snell_scene *scene, const snell_fisheye_camera_desc *desc, snell_camera_id *out);
 /* clang-format on */
 /* END GENERATED */
 

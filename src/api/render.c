@@ -7,6 +7,7 @@
 #include "api/api.h"
 #include "base/memory.h"
 #include "image/write.h"
+#include "render/notes.h"
 #include "scene/settings.h"
 
 static const float DEFAULT_MIN_WEIGHT = 0.002f;
@@ -220,6 +221,7 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
     snell_status status = check_render(r);
     if (!status) status = find_integrator(r->integrator, &policy);
     if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
+    if (!status) render_notes(s->description, s->frozen, policy, &s->context->log);
     return status ? status : render_with(s, r, camera, camera_desc, policy, out);
 }
 

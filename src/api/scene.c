@@ -114,6 +114,9 @@ static snell_status check_load(const char *path, const snell_load_desc *desc) {
     for (size_t i = 0; i < desc->asset_dir_count; i++)
         if (desc->asset_dirs[i] == NULL)
             return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: a folder is NULL");
+    if (desc->frame > FRAME_MAX)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: frame %u; at most %d",
+                         desc->frame, FRAME_MAX);
     if (!desc->allow_helper)
         return error_set(SNELL_ERR_UNSUPPORTED, "set allow_helper",
                          "files are read by snell-import, which was not allowed");
@@ -133,6 +136,7 @@ snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load
                                          .asset_dir_count = desc->asset_dir_count,
                                          .up = desc->up,
                                          .allow_programs = desc->allow_programs,
+                                         .frame = desc->frame,
                                          .memory_max = desc->memory_max},
                               .format = desc->format,
                               .time_max = desc->time_max,

@@ -280,6 +280,39 @@ snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, sne
     return status;
 }
 
+_Static_assert(sizeof(snell_principled_desc) == 352, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, base_color) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, metallic) == 144, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, roughness) == 164, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, ior) == 184, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, specular) == 188, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, specular_color) == 208, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, transmission) == 228, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, thickness) == 248, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, attenuation_color) == 252, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, attenuation_distance) == 264, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, priority) == 268, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat) == 272, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat_roughness) == 292, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_color) == 312, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_roughness) == 332, "run tools/update_api");
+snell_status snell_scene_add_principled(snell_scene *s, const snell_principled_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "principled", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_emissive_desc) == 144, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_emissive_desc, emit_two_sided) == 28, "run tools/update_api");
@@ -295,6 +328,27 @@ _Static_assert(offsetof(snell_emissive_desc, radiance) == 124, "run tools/update
 snell_status snell_scene_add_emissive(snell_scene *s, const snell_emissive_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "emissive", desc, &index1);
+    if (!status && out) *out = (snell_material_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_mix_desc) == 160, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, emission) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, emit_two_sided) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, ambient) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, alpha) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, alpha_cutoff) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, shadow) == 68, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, normal_map) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, normal_scale) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, bump) == 100, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, bump_scale) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, a) == 124, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, b) == 132, "run tools/update_api");
+_Static_assert(offsetof(snell_mix_desc, weight) == 140, "run tools/update_api");
+snell_status snell_scene_add_mix(snell_scene *s, const snell_mix_desc *desc, snell_material_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "mix", desc, &index1);
     if (!status && out) *out = (snell_material_id){index1, 0};
     return status;
 }
@@ -530,14 +584,61 @@ snell_status snell_scene_add_lathe(snell_scene *s, const snell_lathe_desc *desc,
     return status;
 }
 
-_Static_assert(sizeof(snell_perspective_camera_desc) == 48, "run tools/update_api");
+_Static_assert(sizeof(snell_perspective_camera_desc) == 96, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, from) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, at) == 20, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, up) == 32, "run tools/update_api");
-_Static_assert(offsetof(snell_perspective_camera_desc, fov) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, motion) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, fov) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, lens_radius) == 76, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, focus) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, blades) == 84, "run tools/update_api");
+_Static_assert(offsetof(snell_perspective_camera_desc, blade_rotation) == 88, "run tools/update_api");
 snell_status snell_scene_add_perspective_camera(snell_scene *s, const snell_perspective_camera_desc *desc, snell_camera_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "perspective", desc, &index1);
+    if (!status && out) *out = (snell_camera_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_orthographic_camera_desc) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, up) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, motion) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_orthographic_camera_desc, height) == 72, "run tools/update_api");
+snell_status snell_scene_add_orthographic_camera(snell_scene *s, const snell_orthographic_camera_desc *desc, snell_camera_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "orthographic", desc, &index1);
+    if (!status && out) *out = (snell_camera_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_panorama_camera_desc) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, up) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_panorama_camera_desc, motion) == 56, "run tools/update_api");
+snell_status snell_scene_add_panorama_camera(snell_scene *s, const snell_panorama_camera_desc *desc, snell_camera_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "panorama", desc, &index1);
+    if (!status && out) *out = (snell_camera_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_fisheye_camera_desc) == 80, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, at) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, up) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, shutter) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, motion) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_fisheye_camera_desc, fov) == 72, "run tools/update_api");
+snell_status snell_scene_add_fisheye_camera(snell_scene *s, const snell_fisheye_camera_desc *desc, snell_camera_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_CAMERA, "fisheye", desc, &index1);
     if (!status && out) *out = (snell_camera_id){index1, 0};
     return status;
 }

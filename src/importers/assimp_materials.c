@@ -142,6 +142,8 @@ typedef struct look {
     snell_input color, specular, alpha, emission;
     bool has_alpha;
     double exponent, ior;
+    bool has_facets; /* MTL has Pr or Pm */
+    double roughness, metallic, clearcoat, clearcoat_roughness;
     int illum; /* of MTL; -1: another format */
 } look;
 
@@ -220,10 +222,38 @@ static snell_status add_glass(reader *r, const look *k, uint32_t *out) {
     return add(r, &clear, "dielectric", &p, true, out);
 }
 
+/* Pr, Pm, Pc, Pcr: the extension of MTL by exporters of physically based materials. */
+static snell_status add_principled(reader *r, const look *k, uint32_t *out) {
+    params p = {.count = 0};
+    add_input(&p, "base_color", k->color);
+    add_float(&p, "metallic", k->metallic);
+    add_float(&p, "roughness", k->roughness);
+    add_float(&p, "ior", k->ior);
+    add_float(&p, "clearcoat", k->clearcoat);
+    add_float(&p, "clearcoat_roughness", k->clearcoat_roughness);
+    return add(r, k, "principled", &p, true, out);
+}
+
+static bool has_float(const struct aiMaterial *m, const char *key) {
+    float value;
+    return aiGetMaterialFloatArray(m, key, 0, 0, &value, NULL) == aiReturn_SUCCESS;
+}
+
+static void read_facets(const struct aiMaterial *m, look *k) {
+    k->has_facets = has_float(m, "$mat.roughnessFactor") || has_float(m, "$mat.metallicFactor");
+    k->roughness = limited(get_float(m, "$mat.roughnessFactor", 0.5), 0, 1);
+    k->metallic = limited(get_float(m, "$mat.metallicFactor", 0), 0, 1);
+    k->clearcoat = limited(get_float(m, "$mat.clearcoat.factor", 0), 0, 1);
+    k->clearcoat_roughness = limited(get_float(m, "$mat.clearcoat.roughnessFactor", 0), 0, 1);
+}
+
+static bool is_glass(int illum) { return illum == 4 || illum == 6 || illum == 7 || illum == 9; }
+
 /* The illumination models of MTL (Wavefront, "Materials", 1995). */
 static snell_status add_by_illum(reader *r, const look *k, uint32_t *out) {
     bool shiny = vec3_largest(k->specular.value) > 0 && k->exponent > 0;
     bool black = !k->color.texture.index1 && !(vec3_largest(k->color.value) > 0);
+    if (k->has_facets && !is_glass(k->illum)) return add_principled(r, k, out);
     switch (k->illum) {
     case 0:
     case 1:
@@ -283,6 +313,7 @@ static snell_status read_material(reader *r, const struct aiMaterial *m, uint32_
     k.exponent = limited(get_float(m, "$mat.shininess", 0), 0, 1e5);
     double ior = get_float(m, "$mat.refracti", 1.5);
     k.ior = ior > 1 && ior <= 10 ? ior : 1.5;
+    read_facets(m, &k);
     return add_by_illum(r, &k, out);
 }
 

@@ -169,9 +169,10 @@ static snell_status check_version(const gltf *g) {
 
 /* Extensions that this reader obeys. */
 static const char *const known_extensions[] = {
-    "KHR_lights_punctual",        "KHR_materials_unlit",   "KHR_materials_emissive_strength",
-    "KHR_materials_transmission", "KHR_materials_ior",     "KHR_materials_volume",
-    "KHR_texture_transform",      "KHR_mesh_quantization", "EXT_mesh_gpu_instancing"};
+    "KHR_lights_punctual",        "KHR_materials_unlit",     "KHR_materials_emissive_strength",
+    "KHR_materials_transmission", "KHR_materials_ior",       "KHR_materials_volume",
+    "KHR_materials_specular",     "KHR_materials_clearcoat", "KHR_materials_sheen",
+    "KHR_texture_transform",      "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing"};
 
 static bool is_known(const char *extension) {
     for (size_t i = 0; i < sizeof known_extensions / sizeof known_extensions[0]; i++)

@@ -1,5 +1,4 @@
-/* glTF textures and materials, as well as they go with this version's models; docs/formats.md has
- * the table. */
+/* glTF textures and materials; docs/formats.md has the table. */
 #include "importers/gltf.h"
 
 #include <stdio.h>
@@ -39,7 +38,8 @@ static snell_status load_image(gltf *g, size_t index, const decoded_image **out)
 
 /* ---- textures ---- */
 
-enum { USE_COLOR, USE_ALPHA, USE_DATA };
+/* USE_RED and so on: one channel as data. */
+enum { USE_COLOR, USE_ALPHA, USE_DATA, USE_RED, USE_GREEN, USE_BLUE };
 
 enum {
     GL_NEAREST = 9728,
@@ -120,6 +120,12 @@ static size_t texture_image(const gltf *g, size_t texture) {
     return json_index(json_item(g, "textures", texture), "source", SIZE_MAX);
 }
 
+static snell_status copy_part(const decoded_image *image, int use, decoded_image *out) {
+    if (use == USE_ALPHA) return image_copy_alpha(image, out);
+    if (use >= USE_RED) return image_copy_channel(image, (uint32_t)(use - USE_RED), out);
+    return image_copy_color(image, out);
+}
+
 /* The texture of a textureInfo, made once per use; id 0 when its image is missing, or when its
  * alpha is wanted and it is opaque everywhere. */
 static snell_status gltf_texture(gltf *g, const json_t *info, int use, snell_texture_id *out) {
@@ -142,7 +148,7 @@ static snell_status gltf_texture(gltf *g, const json_t *info, int use, snell_tex
     if (status) return status;
     if (image && (use != USE_ALPHA || image_has_alpha(image))) {
         decoded_image part;
-        status = use == USE_ALPHA ? image_copy_alpha(image, &part) : image_copy_color(image, &part);
+        status = copy_part(image, use, &part);
         if (!status) {
             size_t sampler = json_index(json_item(g, "textures", key.texture), "sampler", SIZE_MAX);
             status = add_texture(g, where, sampler, key.transform, &part, use, &key.id);
@@ -157,23 +163,16 @@ static snell_status gltf_texture(gltf *g, const json_t *info, int use, snell_tex
     return SNELL_OK;
 }
 
-/* The mean of one channel, 0..1; 1 without a texture. */
-static snell_status average(gltf *g, const json_t *info, uint32_t channel, double *out) {
-    *out = 1;
-    if (info == NULL) return SNELL_OK;
-    size_t index = texture_image(g, json_index(info, "index", 0));
-    const decoded_image *image = NULL;
-    snell_status status = index == SIZE_MAX ? SNELL_OK : load_image(g, index, &image);
-    if (status || image == NULL) return status;
-    uint64_t sum = 0;
-    size_t count = (size_t)image->width * image->height;
-    if (channel >= image->channels) channel = 0;
-    for (size_t i = 0; i < count; i++) sum += image->pixels[i * image->channels + channel];
-    *out = (double)sum / (255.0 * (double)count);
-    return SNELL_OK;
-}
-
 /* ---- materials ---- */
+
+/* The extensions' part of `principled`. */
+typedef struct layers {
+    snell_input specular, specular_color, transmission, clearcoat, clearcoat_roughness, sheen_color,
+        sheen_roughness;
+    double thickness, attenuation_distance;
+    snell_vec3 attenuation_color;
+    bool has_specular, has_clearcoat, has_sheen;
+} layers;
 
 typedef struct surface {
     const char *where, *name;
@@ -181,10 +180,12 @@ typedef struct surface {
     snell_texture_id normal_map;
     double normal_scale;
     bool has_emission, has_alpha, two_sided;
-    double cutoff, metallic, roughness, ior;
+    snell_input metallic, roughness;
+    double cutoff, ior;
+    layers layers;
 } surface;
 
-enum { PARAMS_MAX = 12 };
+enum { PARAMS_MAX = 32 };
 typedef struct params {
     snell_param list[PARAMS_MAX];
     size_t count;
@@ -228,49 +229,6 @@ static snell_input grey(double value) {
     return (snell_input){{v, v, v}, {0, 0}};
 }
 
-/* The highlight of a dielectric of 4 % reflectance as a modified Blinn-Phong lobe: the exponent of
- * a Beckmann lobe of that width, p = 2 / alpha^2 - 2 with alpha = roughness^2 (Walter et al. 2007),
- * and k_s = 0.04 (p + 2) / (8 pi), which keeps the reflected energy about 4 % for any p. */
-static void add_highlight(params *p, const surface *s) {
-    double squared = s->roughness * s->roughness, exponent = 2 / (squared * squared + 1e-4) - 2;
-    if (exponent < 0) exponent = 0;
-    double f0 = (s->ior - 1) / (s->ior + 1);
-    add_input(p, "specular", grey(f0 * f0 * (exponent + 2) / (8 * PI)));
-    add_float(p, "exponent", exponent);
-}
-
-static snell_status add_glossy(gltf *g, const surface *s, const char *wanted, uint32_t *out) {
-    params p = {.count = 0};
-    add_input(&p, "color", s->base);
-    add_highlight(&p, s);
-    add_common(&p, s);
-    return add_material(g, s, "blinn_phong", &p, wanted, out);
-}
-
-static snell_status add_glazed(gltf *g, const surface *s, uint32_t *out) {
-    surface under = *s;
-    under.has_emission = under.has_alpha = false;
-    under.normal_map = (snell_texture_id){0, 0};
-    uint32_t base;
-    snell_status status = add_glossy(g, &under, NULL, &base);
-    if (status) return status;
-    params p = {.count = 0};
-    snell_material_id id = {base + 1, g->d->objects[CATEGORY_MATERIAL].items[base].generation};
-    add_param(&p, (snell_param){"base", SNELL_PARAM_MATERIAL, {.material = id}});
-    add_float(&p, "ior", s->ior);
-    add_common(&p, s);
-    return add_material(g, s, "glazed", &p, s->name, out);
-}
-
-static snell_status add_metal(gltf *g, const surface *s, uint32_t *out) {
-    params p = {.count = 0};
-    double gloss = 1 - s->roughness;
-    add_input(&p, "color", s->base);
-    add_input(&p, "specularity", grey(gloss * gloss));
-    add_common(&p, s);
-    return add_material(g, s, "partial_mirror", &p, s->name, out);
-}
-
 static snell_status add_unlit(gltf *g, const surface *s, uint32_t *out) {
     surface shown = *s;
     shown.emission = s->base;
@@ -282,22 +240,39 @@ static snell_status add_unlit(gltf *g, const surface *s, uint32_t *out) {
     return add_material(g, s, "lambert", &p, s->name, out);
 }
 
-static snell_status add_glass(gltf *g, const surface *s, const json_t *material, uint32_t *out) {
-    const json_t *volume = json_extension(material, "KHR_materials_volume");
-    double color[3] = {1, 1, 1}, distance = json_number(volume, "attenuationDistance", 0);
-    json_numbers(volume, "attenuationColor", color, 3);
-    params p = {.count = 0};
-    add_input(&p, "color", s->base);
-    add_float(&p, "ior", s->ior);
-    if (distance > 0) {
-        snell_vec3 c;
-        float *parts[] = {&c.x, &c.y, &c.z};
-        for (int i = 0; i < 3; i++) *parts[i] = (float)(color[i] < 1e-6 ? 1e-6 : color[i]);
-        add_param(&p, (snell_param){"attenuation_color", SNELL_PARAM_VEC3, {.v = c}});
-        add_float(&p, "attenuation_distance", distance);
+static void add_layers(params *p, const layers *k) {
+    if (k->has_specular) {
+        add_input(p, "specular", k->specular);
+        add_input(p, "specular_color", k->specular_color);
     }
+    if (vec3_largest(k->transmission.value) > 0) {
+        add_input(p, "transmission", k->transmission);
+        add_float(p, "thickness", k->thickness);
+    }
+    if (k->attenuation_distance > 0) {
+        add_param(
+            p, (snell_param){"attenuation_color", SNELL_PARAM_VEC3, {.v = k->attenuation_color}});
+        add_float(p, "attenuation_distance", k->attenuation_distance);
+    }
+    if (k->has_clearcoat) {
+        add_input(p, "clearcoat", k->clearcoat);
+        add_input(p, "clearcoat_roughness", k->clearcoat_roughness);
+    }
+    if (k->has_sheen) {
+        add_input(p, "sheen_color", k->sheen_color);
+        add_input(p, "sheen_roughness", k->sheen_roughness);
+    }
+}
+
+static snell_status add_principled(gltf *g, const surface *s, uint32_t *out) {
+    params p = {.count = 0};
+    add_input(&p, "base_color", s->base);
+    add_input(&p, "metallic", s->metallic);
+    add_input(&p, "roughness", s->roughness);
+    add_float(&p, "ior", s->ior);
+    add_layers(&p, &s->layers);
     add_common(&p, s);
-    return add_material(g, s, "dielectric", &p, s->name, out);
+    return add_material(g, s, "principled", &p, s->name, out);
 }
 
 static unsigned uv_set(const json_t *info) {
@@ -309,7 +284,9 @@ static unsigned uv_set(const json_t *info) {
 static const json_t *main_texture(const json_t *material) {
     const json_t *base = json_at(json_at(material, "pbrMetallicRoughness"), "baseColorTexture"),
                  *emissive = json_at(material, "emissiveTexture");
-    return base ? base : emissive ? emissive : json_at(material, "normalTexture");
+    const json_t *normal = json_at(material, "normalTexture");
+    if (base || emissive || normal) return base ? base : emissive ? emissive : normal;
+    return json_at(json_at(material, "pbrMetallicRoughness"), "metallicRoughnessTexture");
 }
 
 /* A mesh keeps one set of texture coordinates, that of the base colour. */
@@ -330,34 +307,85 @@ static snell_status warn_of_uv_sets(gltf *g, const json_t *material) {
 
 /* One warning for everything that a material has and this version does not show. */
 static snell_status warn_of_losses(gltf *g, const json_t *material) {
-    const json_t *pbr = json_at(material, "pbrMetallicRoughness"),
-                 *transmission = json_extension(material, "KHR_materials_transmission"),
-                 *volume = json_extension(material, "KHR_materials_volume");
     snell_status status = SNELL_OK;
     if (json_at(material, "occlusionTexture"))
         status = gltf_warn(g, "occlusion maps are not supported: ignored");
-    if (!status && json_at(pbr, "metallicRoughnessTexture"))
-        status =
-            gltf_warn(g, "metallic-roughness maps are not supported yet: their average is used");
+    if (!status && json_at(json_extension(material, "KHR_materials_volume"), "thicknessTexture"))
+        status = gltf_warn(g, "thickness maps are not needed: closed shapes have a thickness");
     if (!status &&
-        (json_at(transmission, "transmissionTexture") || json_at(volume, "thicknessTexture")))
-        status = gltf_warn(g, "transmission and thickness maps are not supported yet: ignored");
+        json_at(json_extension(material, "KHR_materials_clearcoat"), "clearcoatNormalTexture"))
+        status = gltf_warn(g, "normal maps of a clearcoat are not supported: ignored");
+    return status;
+}
+
+/* ---- reading ---- */
+
+/* A factor times one channel of a texture. */
+static snell_status read_scalar(gltf *g, const json_t *from, const char *factor, double otherwise,
+                                const char *texture, int use, snell_input *out) {
+    *out = grey(json_number(from, factor, otherwise));
+    return gltf_texture(g, json_at(from, texture), use, &out->texture);
+}
+
+static snell_status read_color(gltf *g, const json_t *from, const char *factor, double otherwise,
+                               const char *texture, snell_input *out) {
+    double c[3] = {otherwise, otherwise, otherwise};
+    json_numbers(from, factor, c, 3);
+    out->value = (snell_vec3){(float)c[0], (float)c[1], (float)c[2]};
+    return gltf_texture(g, json_at(from, texture), USE_COLOR, &out->texture);
+}
+
+static void read_volume(const json_t *volume, layers *k) {
+    double color[3] = {1, 1, 1};
+    json_numbers(volume, "attenuationColor", color, 3);
+    float *parts[] = {&k->attenuation_color.x, &k->attenuation_color.y, &k->attenuation_color.z};
+    for (int i = 0; i < 3; i++) *parts[i] = (float)(color[i] < 1e-6 ? 1e-6 : color[i]);
+    k->thickness = json_number(volume, "thicknessFactor", 0);
+    k->attenuation_distance = json_number(volume, "attenuationDistance", 0);
+}
+
+static snell_status read_layers(gltf *g, const json_t *material, layers *k) {
+    const json_t *specular = json_extension(material, "KHR_materials_specular"),
+                 *clearcoat = json_extension(material, "KHR_materials_clearcoat"),
+                 *sheen = json_extension(material, "KHR_materials_sheen"),
+                 *transmission = json_extension(material, "KHR_materials_transmission");
+    read_volume(json_extension(material, "KHR_materials_volume"), k);
+    k->has_specular = specular != NULL;
+    k->has_clearcoat = json_number(clearcoat, "clearcoatFactor", 0) > 0;
+    k->has_sheen = sheen != NULL;
+    snell_status status = read_scalar(g, transmission, "transmissionFactor", 0,
+                                      "transmissionTexture", USE_RED, &k->transmission);
+    if (!status)
+        status = read_scalar(g, specular, "specularFactor", 1, "specularTexture", USE_ALPHA,
+                             &k->specular);
+    if (!status)
+        status = read_color(g, specular, "specularColorFactor", 1, "specularColorTexture",
+                            &k->specular_color);
+    if (!status)
+        status = read_scalar(g, clearcoat, "clearcoatFactor", 0, "clearcoatTexture", USE_RED,
+                             &k->clearcoat);
+    if (!status)
+        status = read_scalar(g, clearcoat, "clearcoatRoughnessFactor", 0,
+                             "clearcoatRoughnessTexture", USE_GREEN, &k->clearcoat_roughness);
+    if (!status)
+        status = read_color(g, sheen, "sheenColorFactor", 0, "sheenColorTexture", &k->sheen_color);
+    if (!status)
+        status = read_scalar(g, sheen, "sheenRoughnessFactor", 0, "sheenRoughnessTexture",
+                             USE_ALPHA, &k->sheen_roughness);
     return status;
 }
 
 static snell_status read_base(gltf *g, const json_t *material, surface *s) {
     const json_t *pbr = json_at(material, "pbrMetallicRoughness"),
-                 *info = json_at(pbr, "baseColorTexture"),
-                 *maps = json_at(pbr, "metallicRoughnessTexture");
-    double factor[4] = {1, 1, 1, 1}, metallic, roughness;
+                 *info = json_at(pbr, "baseColorTexture");
+    const char *maps = "metallicRoughnessTexture";
+    double factor[4] = {1, 1, 1, 1};
     json_numbers(pbr, "baseColorFactor", factor, 4);
     s->base.value = (snell_vec3){(float)factor[0], (float)factor[1], (float)factor[2]};
     snell_status status = gltf_texture(g, info, USE_COLOR, &s->base.texture);
-    if (!status) status = average(g, maps, 2, &metallic);
-    if (!status) status = average(g, maps, 1, &roughness);
+    if (!status) status = read_scalar(g, pbr, "metallicFactor", 1, maps, USE_BLUE, &s->metallic);
+    if (!status) status = read_scalar(g, pbr, "roughnessFactor", 1, maps, USE_GREEN, &s->roughness);
     if (status) return status;
-    s->metallic = metallic * json_number(pbr, "metallicFactor", 1);
-    s->roughness = roughness * json_number(pbr, "roughnessFactor", 1);
     const char *mode = json_text(material, "alphaMode");
     if (mode == NULL || strcmp(mode, "OPAQUE") == 0) return SNELL_OK;
     s->cutoff = strcmp(mode, "MASK") == 0 ? json_number(material, "alphaCutoff", 0.5) : 0;
@@ -401,11 +429,8 @@ static snell_status make_material(gltf *g, const json_t *material, const char *w
             : ior > 10 ? 10
                        : ior; /* 0, "infinite" by the extension, is for old models */
     if (json_extension(material, "KHR_materials_unlit")) return add_unlit(g, &s, out);
-    const json_t *transmission = json_extension(material, "KHR_materials_transmission");
-    if (json_number(transmission, "transmissionFactor", 0) >= 0.5 && s.metallic < 0.5)
-        return add_glass(g, &s, material, out);
-    if (s.metallic >= 0.5) return add_metal(g, &s, out);
-    return s.roughness < 0.3 ? add_glazed(g, &s, out) : add_glossy(g, &s, s.name, out);
+    status = read_layers(g, material, &s.layers);
+    return status ? status : add_principled(g, &s, out);
 }
 
 snell_status gltf_material(gltf *g, size_t index, uint32_t *out) {

@@ -267,17 +267,19 @@ static snell_status add_camera(gltf *g, size_t index) {
                  *perspective = json_at(camera, "perspective");
     const dmat *world = &g->nodes[index].world;
     const char *wanted = json_text(camera, "name");
-    if (strcmp(json_text(camera, "type"), "perspective") != 0)
-        return gltf_warn(g, "cameras[%zu]: orthographic cameras are not supported yet: ignored",
-                         number);
+    bool parallel = strcmp(json_text(camera, "type"), "orthographic") == 0;
+    /* The picture's width follows from its own shape, not from xmag. */
+    double height = 2 * fabs(json_number(json_at(camera, "orthographic"), "ymag", 0)) *
+                    dvec3_length(dmat_vector(world, (dvec3){0, 1, 0}));
     double fov = json_number(perspective, "yfov", 0);
     dvec3 from = dmat_point(world, (dvec3){0, 0, 0}),
           forward = dvec3_normalize(dmat_vector(world, (dvec3){0, 0, -1})),
           up = dvec3_normalize(dmat_vector(world, (dvec3){0, 1, 0}));
-    bool fits = fov >= 1e-4 && fov <= 3.1415 && dvec3_length(dvec3_cross(forward, up)) > 1e-3;
-    if (!fits)
-        return gltf_warn(g, "cameras[%zu]: a field of view of %g or a flat transform: ignored",
-                         number, fov);
+    double size = parallel ? height : fov;
+    bool fits = parallel ? (float)size > 0 && (float)size < INFINITY : fov >= 1e-4 && fov <= 3.1415;
+    if (!fits || !(dvec3_length(dvec3_cross(forward, up)) > 1e-3))
+        return gltf_warn(g, "cameras[%zu]: a %s of %g or a flat transform: ignored", number,
+                         parallel ? "height" : "field of view", size);
     char name[NAME_MAX_SIZE];
     snell_status status = names_make_unique(&g->names, CATEGORY_CAMERA,
                                             wanted ? wanted : json_text(node, "name"), name);
@@ -289,11 +291,12 @@ static snell_status add_camera(gltf *g, size_t index) {
         {"from", SNELL_PARAM_VEC3, {.v = vec3_from(from)}},
         {"at", SNELL_PARAM_VEC3, {.v = vec3_from(dvec3_add(from, dvec3_scale(forward, distance)))}},
         {"up", SNELL_PARAM_VEC3, {.v = vec3_from(up)}},
-        {"fov", SNELL_PARAM_FLOAT, {.f = fov}}};
+        {parallel ? "height" : "fov", SNELL_PARAM_FLOAT, {.f = size}}};
     char where[JSON_PATH_SIZE];
     snprintf(where, sizeof where, "nodes[%zu].camera", index);
     uint32_t made;
-    status = description_add(g->d, CATEGORY_CAMERA, "perspective", params, 4,
+    status = description_add(g->d, CATEGORY_CAMERA, parallel ? "orthographic" : "perspective",
+                             params, 4,
                              (object_source){name[0] ? name : NULL, g->path, 0}, &made);
     return gltf_blame(g, where, status);
 }
@@ -310,26 +313,40 @@ static snell_status add_light(gltf *g, size_t index, size_t number) {
     if (light == NULL)
         return gltf_error(g, SNELL_ERR_SYNTAX, where, "there is no light %zu", number);
     const char *type = json_text(light, "type"), *wanted = json_text(light, "name");
-    bool directional = strcmp(type, "directional") == 0;
-    if (!directional && strcmp(type, "point") != 0)
-        return gltf_warn(g, "%.40s lights are not supported yet: ignored", type);
+    bool directional = strcmp(type, "directional") == 0, spot = strcmp(type, "spot") == 0;
+    if (!directional && !spot && strcmp(type, "point") != 0)
+        return gltf_warn(g, "%.40s lights are not known: ignored", type);
     double color[3] = {1, 1, 1}, scale = json_number(light, "intensity", 1) / 683;
     json_numbers(light, "color", color, 3);
     snell_vec3 strength = {(float)(color[0] * scale), (float)(color[1] * scale),
                            (float)(color[2] * scale)};
     dvec3 forward = dvec3_normalize(dmat_vector(world, (dvec3){0, 0, -1}));
-    if (directional && !(dvec3_length(forward) > 0))
+    if ((directional || spot) && !(dvec3_length(forward) > 0))
         return gltf_warn(g, "%s: a flat transform gives no direction: ignored", where);
     snell_status status = names_make_unique(&g->names, CATEGORY_LIGHT,
                                             wanted ? wanted : json_text(node, "name"), name);
     if (status) return status;
+    dvec3 position = dmat_point(world, (dvec3){0, 0, 0});
+    const json_t *cone = json_at(light, "spot");
+    double outer = json_number(cone, "outerConeAngle", PI / 4),
+           inner = json_number(cone, "innerConeAngle", 0);
+    if (spot && !(outer >= 1e-4 && outer <= PI / 2 && inner < outer))
+        return gltf_error(g, SNELL_ERR_SYNTAX, where,
+                          "a spot's inner angle %g must be less than its outer angle %g", inner,
+                          outer);
     snell_param params[] = {
         {directional ? "direction" : "position",
          SNELL_PARAM_VEC3,
-         {.v = vec3_from(directional ? forward : dmat_point(world, (dvec3){0, 0, 0}))}},
-        {directional ? "irradiance" : "intensity", SNELL_PARAM_VEC3, {.v = strength}}};
+         {.v = vec3_from(directional ? forward : position)}},
+        {directional ? "irradiance" : "intensity", SNELL_PARAM_VEC3, {.v = strength}},
+        {"at",
+         SNELL_PARAM_VEC3,
+         {.v = vec3_from(
+              dvec3_add(position, dvec3_scale(forward, 1 + dvec3_length(position))))}},
+        {"cone", SNELL_PARAM_FLOAT, {.f = outer}},
+        {"blend", SNELL_PARAM_FLOAT, {.f = outer - inner}}};
     uint32_t made;
-    status = description_add(g->d, CATEGORY_LIGHT, type, params, 2,
+    status = description_add(g->d, CATEGORY_LIGHT, type, params, spot ? 5 : 2,
                              (object_source){name[0] ? name : NULL, g->path, 0}, &made);
     return gltf_blame(g, where, status);
 }

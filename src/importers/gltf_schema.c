@@ -67,12 +67,33 @@ static const rule volume[] = {{.name = "thicknessFactor", RULE_NUMBER, FROM_ZERO
                               {.name = "attenuationDistance", RULE_NUMBER, FROM_ZERO},
                               {.name = "attenuationColor", RULE_NUMBERS, .length = 3, UNIT},
                               {0}};
+static const rule specular[] = {
+    {.name = "specularFactor", RULE_NUMBER, UNIT},
+    {.name = "specularTexture", RULE_OBJECT, .object = texture_info},
+    {.name = "specularColorFactor", RULE_NUMBERS, .length = 3, FROM_ZERO},
+    {.name = "specularColorTexture", RULE_OBJECT, .object = texture_info},
+    {0}};
+static const rule clearcoat[] = {
+    {.name = "clearcoatFactor", RULE_NUMBER, UNIT},
+    {.name = "clearcoatTexture", RULE_OBJECT, .object = texture_info},
+    {.name = "clearcoatRoughnessFactor", RULE_NUMBER, UNIT},
+    {.name = "clearcoatRoughnessTexture", RULE_OBJECT, .object = texture_info},
+    {.name = "clearcoatNormalTexture", RULE_OBJECT, .object = texture_info},
+    {0}};
+static const rule sheen[] = {{.name = "sheenColorFactor", RULE_NUMBERS, .length = 3, UNIT},
+                             {.name = "sheenColorTexture", RULE_OBJECT, .object = texture_info},
+                             {.name = "sheenRoughnessFactor", RULE_NUMBER, UNIT},
+                             {.name = "sheenRoughnessTexture", RULE_OBJECT, .object = texture_info},
+                             {0}};
 static const rule no_properties[] = {{0}};
 static const rule material_extensions[] = {
     {.name = "KHR_materials_emissive_strength", RULE_OBJECT, .object = emissive_strength},
     {.name = "KHR_materials_transmission", RULE_OBJECT, .object = transmission},
     {.name = "KHR_materials_ior", RULE_OBJECT, .object = ior},
     {.name = "KHR_materials_volume", RULE_OBJECT, .object = volume},
+    {.name = "KHR_materials_specular", RULE_OBJECT, .object = specular},
+    {.name = "KHR_materials_clearcoat", RULE_OBJECT, .object = clearcoat},
+    {.name = "KHR_materials_sheen", RULE_OBJECT, .object = sheen},
     {.name = "KHR_materials_unlit", RULE_OBJECT, .object = no_properties},
     {0}};
 static const rule material[] = {

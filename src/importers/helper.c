@@ -178,11 +178,11 @@ static snell_status open_channels(running *r, int *pipe_write) {
     return error_set(SNELL_ERR_IO, NULL, "cannot start snell-import: %s", strerror(errno));
 }
 
-enum { ARGUMENTS_FIXED = 16 };
+enum { ARGUMENTS_FIXED = 18 };
 
 /* The arguments point into path, options and numbers; NULL when out of memory. */
 static const char **make_arguments(const running *r, const helper_options *options,
-                                   char numbers[2][32]) {
+                                   char numbers[3][32]) {
     const import_options *import = &options->import;
     size_t lists = import->param_count + import->asset_dir_count;
     if (lists > INT_MAX / 4) return NULL;
@@ -190,10 +190,12 @@ static const char **make_arguments(const running *r, const helper_options *optio
     if (list == NULL) return NULL;
     snprintf(numbers[0], 32, "%llu", (unsigned long long)r->memory_max);
     snprintf(numbers[1], 32, "%.0f", r->time_max);
+    snprintf(numbers[2], 32, "%u", import->frame);
     const char *pairs[][2] = {
         {PROTOCOL_FILE, r->path},           {PROTOCOL_MEMORY, numbers[0]},
         {PROTOCOL_TIME, numbers[1]},        {PROTOCOL_PROGRAMS, import->allow_programs ? "1" : "0"},
-        {PROTOCOL_FORMAT, options->format}, {PROTOCOL_UP, import->up}};
+        {PROTOCOL_FORMAT, options->format}, {PROTOCOL_UP, import->up},
+        {PROTOCOL_FRAME, numbers[2]}};
     size_t count = 0;
     list[count++] = "snell-import";
     for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {
@@ -262,7 +264,7 @@ static int spawn(running *r, const char *program, const char *const *arguments, 
 }
 
 static snell_status start(running *r, const helper_options *options) {
-    char program[PATH_MAX], numbers[2][32];
+    char program[PATH_MAX], numbers[3][32];
     if (!find_program(program))
         return error_set(SNELL_ERR_IO, "install snell completely: it belongs into libexec",
                          "the program snell-import, which reads files, is missing");

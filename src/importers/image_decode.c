@@ -266,6 +266,10 @@ snell_status image_copy_alpha(const decoded_image *image, decoded_image *out) {
     return copy_channels(image, 3, 1, out);
 }
 
+snell_status image_copy_channel(const decoded_image *image, uint32_t channel, decoded_image *out) {
+    return copy_channels(image, channel < image->channels ? channel : 0, 1, out);
+}
+
 bool image_has_alpha(const decoded_image *image) {
     size_t count = (size_t)image->width * image->height;
     for (size_t i = 0; image->channels == 4 && i < count; i++)

@@ -28,6 +28,8 @@ const char *image_format_word(const decoded_image *image);
  * 255 where there is none). */
 snell_status image_copy_color(const decoded_image *image, decoded_image *out);
 snell_status image_copy_alpha(const decoded_image *image, decoded_image *out);
+/* One channel, 0 red to 2 blue; grey where it is all there is. */
+snell_status image_copy_channel(const decoded_image *image, uint32_t channel, decoded_image *out);
 bool image_has_alpha(const decoded_image *image); /* is any pixel less than opaque? */
 
 #endif

@@ -13,6 +13,7 @@ typedef struct import_options {
     const char *up;      /* "x" .. "-z", or NULL: as the format says */
     const char *format;  /* set by import_file: the format that was asked for; NULL: by content */
     bool allow_programs; /* run Lua */
+    uint32_t frame;      /* of an animation; 0: its first */
     uint64_t memory_max; /* bytes; 0: in the helper's parent a share of the machine's memory */
     /* How much of the file is read, 0..1; importers may call it as often as they like; may be NULL.
      * Set in the helper only. */

@@ -100,9 +100,7 @@ static bool in_lists(const word_list *lists, size_t count, const char *label, co
 /* Looked up only for words that no registered type has, so what arrives needs no change here. */
 bool scene_is_later(const char *label, const char *word) {
     static const word_list later[] = {
-        {NULL, "union|intersection|difference"},
-        {"word", "aces|agx"},
-        {"field", "medium"}};
+        {NULL, "union|intersection|difference"}, {"word", "aces|agx"}, {"field", "medium"}};
     return in_lists(later, sizeof later / sizeof later[0], label, word);
 }
 
@@ -128,6 +126,9 @@ void scene_fail_unknown(lua_State *L, const char *label, const char *subject, co
         scene_fail(L, SNELL_ERR_UNSUPPORTED, label ? hint : NULL, "%s%s'%s' is not in this version",
                    label ? label : "", label ? ": " : "", word);
     }
+    if (label == NULL && choice_find("time|frame", word) >= 0)
+        scene_fail(L, SNELL_ERR_SYNTAX, "write animation { fps = 24, first = 1, last = 120 } first",
+                   "'%s' is read before animation { } has set it", word);
     if (label == NULL && choice_find(sandboxed, word) >= 0)
         scene_fail(L, SNELL_ERR_SYNTAX, "scenes run in a sandbox, the same in every run",
                    "'%s' is not available in a scene", word);
@@ -234,6 +235,7 @@ static int run(lua_State *L) {
     transform_open(L);
     objects_open(L);
     files_open(L);
+    motion_open(L);
     const char *chunk = lua_pushfstring(L, "@%s", s->path);
     int status = luaL_loadbufferx(L, p->text, p->size, chunk, "t");
     if (status == LUA_ERRMEM) lua_error(L);
@@ -372,7 +374,7 @@ static size_t take_word(const uint8_t *text, size_t size, size_t at, char word[3
 
 static bool is_vocabulary(const char *word) {
     static const char *const more = "camera|light|material|texture|group|instance|model|include|"
-                                    "triangle|transform|param";
+                                    "triangle|transform|param|animation";
     return choice_find(more, word) >= 0 || type_find(CATEGORY_SHAPE, word) != NULL ||
            type_find(CATEGORY_SETTING, word) != NULL;
 }

@@ -58,10 +58,29 @@ static void renumber(const merge *m, const type_info *type, void *desc) {
     }
 }
 
+/* Keys that move what t has moved: t k t^-1. */
+static void move_keys(void *member, const transform *t) {
+    struct {
+        motion_key *data; /* owned by the other description, which is ours */
+        size_t count;
+    } list;
+    transform inverse;
+    memcpy(&list, member, sizeof list);
+    if (!transform_inverse(t, &inverse)) return;
+    placement there = placement_from(t), back = placement_from(&inverse);
+    for (size_t i = 0; i < list.count; i++) {
+        placement key = placement_from(&list.data[i].transform);
+        key = placement_multiply(&there, &key);
+        key = placement_multiply(&key, &back);
+        list.data[i].transform = placement_round(&key);
+    }
+}
+
 /* Lights and cameras have no transform: their points and directions are moved. */
 static void move(const type_info *type, void *desc, const transform *t) {
     for (uint32_t i = 0; i < type->field_count; i++) {
         const field *f = &type->fields[i];
+        if (f->kind == FIELD_KEYS) move_keys((char *)desc + f->offset, t);
         if (f->kind != FIELD_VEC3) continue;
         snell_vec3 *v = (snell_vec3 *)(void *)((char *)desc + f->offset);
         if (f->flags & FIELD_UNIT_LENGTH)
@@ -133,12 +152,13 @@ static void merge_instances(const merge *m, const node *like, const char *label)
     for (size_t i = 0; i < m->from->instance_count; i++) {
         const instance *one = &m->from->instances[i];
         if (one->removed) continue;
-        node made = {.shape = one->shape + m->shape,
-                     .material =
-                         one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
-                     .line = one->line,
-                     .placed = placement_from(&one->to_world),
-                     .name = one->name[0] ? one->name : NULL};
+        node made = {
+            .shape = one->shape + m->shape,
+            .material = one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
+            .line = one->line,
+            .placed = one->key_count ? placement_identity() : placement_from(&one->to_world),
+            .motion = one->key_count ? motion_add(L, one->keys, one->key_count) : 0,
+            .name = one->name[0] ? one->name : NULL};
         nodes_add_shape(L, &made);
         lua_pop(L, 1);
         parts[count++] = (uint32_t)(s->node_count - 1);
@@ -186,6 +206,7 @@ static void import_other(lua_State *L, const char *label, const char *name, cons
     if (want.lights) merge_category(&m, CATEGORY_LIGHT, &moved);
     if (want.camera) merge_category(&m, CATEGORY_CAMERA, &moved);
     if (want.settings) merge_category(&m, CATEGORY_SETTING, NULL);
+    motion_set_clock(L);
     merge_notes(&m);
     merge_instances(&m, like, label);
 }
@@ -199,10 +220,10 @@ static const char *need_file(lua_State *L, const char *label) {
 
 /* model { file, transform, material, name, camera = false, lights = false } */
 static int make_model(lua_State *L) {
-    static const char *const names[] = {"file", "transform", "material",
-                                        "name", "camera",    "lights"};
+    static const char *const names[] = {"file",   "transform", "material", "name",
+                                        "camera", "lights",    "motion"};
     values_need_table(L, "model");
-    values_check_keys(L, "model", names, 6, 0);
+    values_check_keys(L, "model", names, 7, 0);
     const char *name, *file = need_file(L, "model");
     node like = objects_read_common(L, "model", &name);
     import_other(L, "model", file, &like,
@@ -225,8 +246,8 @@ static int include(lua_State *L) {
 }
 
 int files_mesh(lua_State *L) {
-    static const char *const names[] = {"file", "transform", "material", "name"};
-    values_check_keys(L, "mesh", names, 4, 0);
+    static const char *const names[] = {"file", "transform", "material", "name", "motion"};
+    values_check_keys(L, "mesh", names, 5, 0);
     const char *name, *file = need_file(L, "mesh");
     node like = objects_read_common(L, "mesh", &name);
     import_other(L, "mesh", file, &like, (wanted){false, false, false});
@@ -273,6 +294,26 @@ static bool is_of_the_file(const char *name) {
     return choice_find("pixels|width|height|format", name) >= 0;
 }
 
+/* The image of the field `file` of table 1, with the parameters in `params`, which has room for four
+ * more; the number of the texture. */
+static uint32_t add_image(lua_State *L, const char *label, snell_param *params, size_t count,
+                          const char *name) {
+    const decoded_image *image = read_image(L, need_file(L, label));
+    params[count++] = (snell_param){"width", SNELL_PARAM_INT, {.i = image->width}};
+    params[count++] = (snell_param){"height", SNELL_PARAM_INT, {.i = image->height}};
+    params[count++] = (snell_param){"format", SNELL_PARAM_STRING, {.s = image_format_word(image)}};
+    size_t size = (size_t)image->width * image->height * image->channels;
+    if (image->floats) size *= sizeof(float);
+    params[count++] = (snell_param){
+        .name = "pixels", .kind = SNELL_PARAM_ARRAY, .value.array = {image->pixels, size}};
+    object_source source = {.name = name};
+    source.line = scene_line(L, &source.file);
+    uint32_t index;
+    if (description_add(scene_of(L)->d, CATEGORY_TEXTURE, "image", params, count, source, &index))
+        scene_fail_last(L, "image", label);
+    return index;
+}
+
 int files_image(lua_State *L, const type_info *type) {
     const char *label = "texture.image", *names[64];
     snell_param params[64];
@@ -287,21 +328,19 @@ int files_image(lua_State *L, const type_info *type) {
         if (lua_rawget(L, 1) != LUA_TNIL)
             values_read_field(L, type, &type->fields[i], label, &params[count++]);
     }
-    const decoded_image *image = read_image(L, need_file(L, label));
-    params[count++] = (snell_param){"width", SNELL_PARAM_INT, {.i = image->width}};
-    params[count++] = (snell_param){"height", SNELL_PARAM_INT, {.i = image->height}};
-    params[count++] = (snell_param){"format", SNELL_PARAM_STRING, {.s = image_format_word(image)}};
-    size_t size = (size_t)image->width * image->height * image->channels;
-    if (image->floats) size *= sizeof(float);
-    params[count++] = (snell_param){
-        .name = "pixels", .kind = SNELL_PARAM_ARRAY, .value.array = {image->pixels, size}};
-    object_source source = {.name = values_get_string(L, label, "name")};
-    source.line = scene_line(L, &source.file);
-    uint32_t index;
-    if (description_add(scene_of(L)->d, CATEGORY_TEXTURE, "image", params, count, source, &index))
-        scene_fail_last(L, "image", label);
-    handle_push(L, HANDLE_TEXTURE, index);
+    handle_push(L, HANDLE_TEXTURE,
+                add_image(L, label, params, count, values_get_string(L, label, "name")));
     return 1;
+}
+
+/* Above and below the poles there is nothing to repeat. */
+uint32_t files_environment(lua_State *L) {
+    const char *label = "light.environment";
+    snell_param params[8] = {
+        {.name = "wrap_v", .kind = SNELL_PARAM_STRING, .value.s = "clamp"},
+        {.name = "map", .kind = SNELL_PARAM_STRING, .value.s = "uv"},
+    };
+    return 1 + add_image(L, label, params, 2, NULL);
 }
 
 /* ---- values from the command line ---- */

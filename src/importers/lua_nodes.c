@@ -61,6 +61,9 @@ void nodes_add_group(lua_State *L, const node *like, const char *label, const ui
 /* What a leaf inherits on the way down to it. */
 typedef struct inherited {
     placement placed;
+    uint32_t path[DEPTH_MAX + 2]; /* nodes, the leaf's last */
+    size_t depth;
+    bool moves;
     uint32_t forced, usual; /* materials: of an instance, over all; of a group, for what has none */
     char name[NAME_SIZE];   /* of the groups, joined by '/' */
 } inherited;
@@ -78,7 +81,12 @@ static void walk(lua_State *L, uint32_t index, const inherited *above, leaf_fn *
     lua_scene *s = scene_of(L);
     const node *n = &s->nodes[index];
     inherited here = *above;
-    here.placed = placement_multiply(&above->placed, &n->placed);
+    here.path[here.depth++] = index; /* a leaf under DEPTH_MAX groups is the last that fits */
+    if (n->motion) {
+        here.moves = true;
+        here.placed = placement_multiply(&here.placed, &s->motions[n->motion - 1].now);
+    }
+    here.placed = placement_multiply(&here.placed, &n->placed);
     join_name(here.name, n->name);
     if (n->material != NO_MATERIAL) {
         if (n->overrides && here.forced == NO_MATERIAL) here.forced = n->material;
@@ -124,14 +132,24 @@ static void add_instance(lua_State *L, void *user, const node *leaf, const inher
     uint32_t material = from->forced != NO_MATERIAL ? from->forced : from->usual;
     transform placed = placement_round(&from->placed);
     object_source source = {from->name, s->path, leaf->line};
-    if (description_add_instance(s->d, leaf->shape, material, &placed, source, NULL)) {
-        error_place((source_place){s->path, leaf->line, 0});
+    uint32_t made, line = leaf->line;
+    snell_status status =
+        description_add_instance(s->d, leaf->shape, material, &placed, source, &made);
+    if (!status && from->moves) {
+        size_t count;
+        const motion_key *keys = motion_of_chain(L, from->path, from->depth, &count);
+        status = description_set_motion(s->d, made, keys, count);
+        lua_pop(L, 1);
+    }
+    if (status) {
+        error_place((source_place){s->path, line, 0});
         scene_fail_last(L, NULL, NULL);
     }
 }
 
 void nodes_draw(lua_State *L) {
     lua_scene *s = scene_of(L);
+    motion_sample_functions(L);
     uint64_t total = 0;
     for (size_t i = 0; i < s->node_count; i++)
         if (!s->nodes[i].taken) total += s->nodes[i].leaf_count;
@@ -147,11 +165,12 @@ void nodes_free(lua_scene *s) {
     free(s->nodes);
     free(s->children);
     free(s->framings);
+    motion_free_all(s);
 }
 
 /* ---- group, instance ---- */
 
-static const char *const common_names[] = {"material", "transform", "name"};
+static const char *const common_names[] = {"material", "transform", "name", "motion"};
 
 /* Reads the shapes at 1..count of the table at index 1 into a userdata on the stack. */
 static uint32_t *read_parts(lua_State *L, const char *label, size_t count) {
@@ -173,7 +192,7 @@ static int make_group(lua_State *L) {
     values_need_table(L, "group");
     size_t count = (size_t)lua_rawlen(L, 1);
     sandbox_charge(L, 4 * (uint64_t)count);
-    values_check_keys(L, "group", common_names, 3, (lua_Integer)count);
+    values_check_keys(L, "group", common_names, 4, (lua_Integer)count);
     node made = objects_read_common(L, "group", &name);
     uint32_t *parts = read_parts(L, "group", count);
     nodes_add_group(L, &made, "group", parts, count);
@@ -184,7 +203,7 @@ static int make_group(lua_State *L) {
 static int make_instance(lua_State *L) {
     const char *name;
     values_need_table(L, "instance");
-    values_check_keys(L, "instance", common_names, 3, 1);
+    values_check_keys(L, "instance", common_names, 4, 1);
     node made = objects_read_common(L, "instance", &name);
     uint32_t *part = read_parts(L, "instance", 1);
     made.overrides = true;

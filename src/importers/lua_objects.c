@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 #include "cameras/camera.h"
+#include "lights/sky.h"
 #include "maths/functions.h"
 #include "scene/settings.h"
 
@@ -80,6 +81,7 @@ node objects_read_common(lua_State *L, const char *label, const char **name) {
                   .material = values_get_material(L, label),
                   .line = scene_line(L, NULL),
                   .placed = values_get_placement(L, label),
+                  .motion = motion_read(L, label),
                   .name = (char *)(uintptr_t)*name};
 }
 
@@ -107,17 +109,96 @@ static int make_shape(lua_State *L) {
     }
     allow(&c, "material");
     allow(&c, "transform");
+    allow(&c, "motion");
     allow(&c, "name");
     read_fields(L, type, &c);
     return push_shape(L, type, &c);
+}
+
+/* The vec3 or float field of an object that was added. */
+static const void *value_of(const object *o, const char *field_name) {
+    return (const char *)o->desc + type_find_field(o->type, field_name)->offset;
+}
+
+/* light.environment { sky = { sun, turbidity, .. } }: a light.sky and, as a light of its own, its
+ * sun. */
+static void make_sky(lua_State *L) {
+    const type_info *type = type_find(CATEGORY_LIGHT, "sky");
+    static const char *const alone[] = {"sky", "name"};
+    int at = lua_gettop(L);
+    values_check_keys(L, "light.environment", alone, 2, 0);
+    const char *name = read_name(L, "light.environment");
+    lua_pushvalue(L, at);
+    if (!lua_istable(L, -1))
+        scene_fail(L, SNELL_ERR_SYNTAX, "sky = { sun = {1,1,0}, turbidity = 3 }",
+                   "light.environment: 'sky' must be a table");
+    lua_replace(L, 1);
+    construction c = {.label = "sky"};
+    read_fields(L, type, &c);
+    uint32_t index = add_object(L, type, &c, name);
+    const object *sky = &scene_of(L)->d->objects[CATEGORY_LIGHT].items[index];
+    vec3 sun = *(const vec3 *)value_of(sky, "sun");
+    double turbidity = (double)*(const float *)value_of(sky, "turbidity"),
+           scale = (double)*(const float *)value_of(sky, "scale");
+    dvec3 irradiance = dvec3_scale(sky_sun_irradiance((double)sun.y, turbidity), scale);
+    construction disk = {.label = "sky"};
+    append_param(L, &disk,
+                 (snell_param){.name = "direction",
+                               .kind = SNELL_PARAM_VEC3,
+                               .value.v = vec3_scale(sun, -1)});
+    append_param(L, &disk,
+                 (snell_param){.name = "irradiance",
+                               .kind = SNELL_PARAM_VEC3,
+                               .value.v = vec3_from(irradiance)});
+    append_param(
+        L, &disk,
+        (snell_param){.name = "angle", .kind = SNELL_PARAM_FLOAT, .value.f = SUN_ANGLE});
+    add_object(L, type_find(CATEGORY_LIGHT, "directional"), &disk, NULL);
+}
+
+/* light.environment { file = "sky.exr" }: `radiance` is then what the picture is multiplied by. */
+static void add_environment_file(lua_State *L, construction *c) {
+    lua_pushliteral(L, "file");
+    if (lua_rawget(L, 1) == LUA_TNIL) {
+        lua_pop(L, 1);
+        return;
+    }
+    snell_input radiance = {{1, 1, 1}, {files_environment(L), 0}};
+    snell_param *given = NULL;
+    for (uint32_t i = 0; i < c->count; i++)
+        if (strcmp(c->params[i].name, "radiance") == 0) given = &c->params[i];
+    if (given && (given->kind == SNELL_PARAM_TEXTURE || given->kind == SNELL_PARAM_INPUT))
+        scene_fail(L, SNELL_ERR_SYNTAX, "with a file, 'radiance' is a number or a colour",
+                   "light.environment: both 'file' and a texture");
+    if (given && given->kind == SNELL_PARAM_VEC3) radiance.value = given->value.v;
+    if (given && given->kind == SNELL_PARAM_FLOAT)
+        radiance.value = vec3_scale(radiance.value, (float)given->value.f);
+    const snell_param param = {
+        .name = "radiance", .kind = SNELL_PARAM_INPUT, .value.input = radiance};
+    if (given)
+        *given = param;
+    else
+        append_param(L, c, param);
 }
 
 static int make_light(lua_State *L) {
     const type_info *type = lua_touserdata(L, lua_upvalueindex(1));
     construction c = {.label = lua_tostring(L, lua_upvalueindex(2))};
     values_need_table(L, c.label);
+    bool environment = strcmp(type->name, "environment") == 0;
+    if (environment) {
+        lua_pushliteral(L, "sky");
+        if (lua_rawget(L, 1) != LUA_TNIL) {
+            make_sky(L);
+            return 0;
+        }
+        lua_pop(L, 1);
+        allow(&c, "file");
+        allow(&c, "sky");
+    }
     allow(&c, "name");
     read_fields(L, type, &c);
+    if (environment) add_environment_file(L, &c);
     add_object(L, type, &c, read_name(L, c.label));
     return 0;
 }
@@ -221,12 +302,12 @@ static int make_setting(lua_State *L) {
 
 /* triangle { {..}, {..}, {..} }: a mesh of one. */
 static int make_triangle(lua_State *L) {
-    static const char *const names[] = {"material", "transform", "name"};
+    static const char *const names[] = {"material", "transform", "name", "motion"};
     static const uint32_t indices[] = {0, 1, 2};
     const type_info *type = type_find(CATEGORY_SHAPE, "mesh");
     construction c = {.label = "triangle"};
     values_need_table(L, c.label);
-    values_check_keys(L, c.label, names, 3, 3);
+    values_check_keys(L, c.label, names, 4, 3);
     snell_vec3 corners[3];
     for (int i = 0; i < 3; i++) {
         double v[3];

@@ -30,9 +30,19 @@ typedef struct node {
     size_t first_child, child_count;
     uint64_t leaf_count;
     placement placed;
-    char *name; /* NULL: none; owned */
+    uint32_t motion; /* 0: none; 1 + index in motions: moves what `placed` puts in its place */
+    char *name;      /* NULL: none; owned */
 } node;
 #define NO_SHAPE UINT32_MAX
+
+/* The field motion: keys, or until the end a function. */
+typedef struct lua_motion {
+    motion_key *keys; /* owned */
+    size_t count;
+    int function;  /* a reference; LUA_NOREF: none */
+    uint32_t line; /* where it is said */
+    placement now; /* at the frame's own time */
+} lua_motion;
 
 /* A camera{ view, of }: its place is known when the picture's size is, at the end. */
 typedef struct framing {
@@ -73,6 +83,8 @@ typedef struct lua_scene {
     size_t node_count, node_capacity;
     uint32_t *children;
     size_t child_count, child_capacity;
+    lua_motion *motions;
+    size_t motion_count, motion_capacity;
     framing *framings;
     size_t framing_count, framing_capacity;
     failure failure;
@@ -156,6 +168,21 @@ placement placement_from(const transform *t);
 placement values_get_placement(lua_State *L, const char *label); /* field transform of table 1 */
 void transform_open(lua_State *L);
 
+/* ---- lua_motion.c ---- */
+void motion_open(lua_State *L); /* animation */
+void motion_free_all(lua_scene *s);
+/* Sets the globals time and frame once the clock is known. */
+void motion_set_clock(lua_State *L);
+/* Field motion of table 1: a node's motion, 0 when absent. */
+uint32_t motion_read(lua_State *L, const char *label);
+uint32_t motion_add(lua_State *L, const motion_key *keys, size_t count); /* checked keys, copied */
+/* The value on the top as the keys of a camera, which stay on the stack. */
+void motion_read_keys(lua_State *L, const char *label, const field *f, snell_param *out);
+/* At the end, when cameras are known: functions become keys. */
+void motion_sample_functions(lua_State *L);
+/* The keys of a leaf under these nodes, one of which moves; pushes what holds them. */
+const motion_key *motion_of_chain(lua_State *L, const uint32_t *path, size_t depth, size_t *count);
+
 /* ---- lua_nodes.c ---- */
 /* Adds a node and pushes its handle. `like` gives everything but children; its name is copied. */
 void nodes_add_shape(lua_State *L, const node *like);
@@ -179,6 +206,9 @@ void files_open(lua_State *L); /* model, include, param */
 /* A mesh from a file: mesh { file = }. Pushes the node. */
 int files_mesh(lua_State *L);
 int files_image(lua_State *L, const type_info *type); /* texture.image { file = } */
+/* The picture of the surroundings of light.environment { file = }: the number of its texture, from 1.
+ */
+uint32_t files_environment(lua_State *L);
 /* The file that the program calls `name`, by its path, on the stack. */
 const char *files_resolve(lua_State *L, const char *name);
 void files_check_params(lua_State *L);

@@ -434,6 +434,7 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
         out->value.transform = placement_round(given);
         break;
     }
+    case FIELD_KEYS: motion_read_keys(L, label, f, out); break;
     default: read_list(L, label, f, out); break;
     }
 }

@@ -84,7 +84,7 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
 void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m);
 /* Direct light of every light, one shadow ray for each, or one for each representative of a mesh:
  * f(wo, wi) E max(0, n.l) if nothing blocks it.
- * LIGHT_CENTERS: from the middle of each light; light from everywhere falls on Lambert lobes with
+ * LIGHT_CENTERS: from the middle of each light; light from everywhere falls on matte lobes with
  * nothing in the way, and on no other.
  * LIGHT_AREAS: from a point drawn on each light; lobes that are traced meet such lights by
  * themselves and get only the light of points. */

@@ -228,15 +228,19 @@ static void emit_light(wave *w, const path_ray *r, const shade_point *p, const b
         emit_radiance(w, r, radiance);
 }
 
-/* Light from everywhere on the Lambert lobes, with nothing in the way. */
+/* Light from everywhere on matte lobes, with nothing in the way; they look as they do to light along
+ * the normal. */
 static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                             const light *l) {
-    dvec3 reflectance = {0, 0, 0};
-    for (int i = 0; i < b->lobe_count; i++)
-        if (b->lobes[i].type == &lobe_lambert)
-            reflectance = dvec3_add(reflectance, b->lobes[i].weight);
-    dvec3 irradiance = l->type->irradiance(l, p->ns);
-    emit_radiance(w, r, dvec3_scale(dvec3_mul(reflectance, irradiance), 1 / PI));
+    double cosine = dvec3_dot(p->ns, p->wo);
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *part = &b->lobes[i];
+        if (!part->type->matte) continue;
+        dvec3 f = part->type->evaluate(part, b, p->ns, p->wo, p->ns);
+        sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, cosine, 1)));
+    }
+    emit_radiance(w, r, dvec3_mul(sum, l->type->irradiance(l, p->ns)));
 }
 
 static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
@@ -310,6 +314,11 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
     dvec3 sum = {through, through, through};
+    bsdf b;
+    if (p->material->thin) {
+        material_evaluate(p->material, &p->at, &b);
+        return dvec3_add(sum, dvec3_scale(bsdf_straight(&b, dvec3_dot(p->wo, p->ns)), alpha));
+    }
     if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;
     if (w->settings.integrator->one_branch) return path_filter(s, p, alpha, m);
     const medium *before = media_current(m, s);
@@ -321,7 +330,6 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     if (before == after) return (dvec3){1, 1, 1}; /* a face inside what has priority */
     double ior1 = double_min(before->ior, after->ior), ior2 = double_max(before->ior, after->ior);
     double pass = alpha * (1 - fresnel_dielectric(dvec3_dot(p->wo, p->ns), ior1, ior2));
-    bsdf b;
     material_evaluate(p->material, &p->at, &b);
     return dvec3_add(sum, dvec3_scale(bsdf_passing(&b), pass));
 }

@@ -49,6 +49,17 @@ dvec3 bsdf_passing(const bsdf *b) {
     return (dvec3){1, 1, 1};
 }
 
+dvec3 bsdf_straight(const bsdf *b, double cosine) {
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *l = &b->lobes[i];
+        if (!l->type->thin) continue;
+        double passed = 1 - fresnel_evaluate(&l->fresnel, cosine).x;
+        sum = dvec3_add(sum, dvec3_scale(l->weight, passed * lobe_passing(l, b, cosine, -cosine)));
+    }
+    return sum;
+}
+
 static double coat_passing(const coating *c, double cosine) {
     double kept =
         c->sheen ? albedo_sheen(c->alpha, cosine) : albedo_ggx(c->alpha, cosine, c->f0, 1);
@@ -57,7 +68,8 @@ static double coat_passing(const coating *c, double cosine) {
 
 double lobe_passing(const lobe *l, const bsdf *b, double cos_o, double cos_i) {
     double passing = 1;
-    for (int i = 0; i < l->under; i++) {
+    for (int i = 0; i < b->coat_count; i++) {
+        if (!(l->coats >> i & 1)) continue;
         double from = coat_passing(&b->coats[i], cos_o);
         /* What is beyond has the coats on the other side only once. */
         passing *= cos_i > 0 ? double_min(from, coat_passing(&b->coats[i], cos_i)) : from;
@@ -225,6 +237,7 @@ static bool sample_blinn_phong(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, 
 }
 
 const lobe_type lobe_lambert = {.class = LOBE_DIFFUSE,
+                                .matte = true,
                                 .evaluate = evaluate_lambert,
                                 .pdf = pdf_lambert,
                                 .sample = sample_lambert};

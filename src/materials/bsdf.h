@@ -34,6 +34,8 @@ typedef struct lobe_type {
     bool transmits; /* wi may lie beyond the surface */
     bool thin;      /* of those that transmit: what is beyond is the same medium, so that light goes
                        straight on, and its index is that of lobe.fresnel */
+    bool matte;     /* looks about the same from everywhere: what light from everywhere falls on where
+                       nothing is sampled */
     /* The BSDF, 1/sr, without the cosine. Both NULL for delta lobes. */
     dvec3 (*evaluate)(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
     /* The density of `sample`, per solid angle of wi. */
@@ -59,7 +61,7 @@ struct lobe {
      * Negative: bsdf_add's own guess from weight and Fresnel. */
     double share;
     dvec3 reflected; /* of interfaces: multiplies what they reflect; 1 */
-    int under;       /* the bsdf's first `under` coats lie over it */
+    unsigned coats;  /* bit i: the bsdf's coat i lies over it */
 };
 
 /* What lies over other lobes keeps light from them: its own directional albedo E, in part. */
@@ -68,12 +70,12 @@ typedef struct coating {
     double amount, alpha, f0;
 } coating;
 
-enum { LOBES_MAX = 12, COATS_MAX = 2 };
+enum { LOBES_MAX = 12, COATS_MAX = 4 };
 
 struct bsdf {
     lobe lobes[LOBES_MAX];
     int lobe_count;
-    coating coats[COATS_MAX]; /* the outermost first */
+    coating coats[COATS_MAX];
     int coat_count;
     dvec3 emission;    /* radiance leaving towards wo */
     dvec3 ambient;     /* k_a */
@@ -90,6 +92,9 @@ dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi);
 bool bsdf_is_lit(const bsdf *b, lobe_set set); /* has a lobe of the set that is not delta */
 /* The colour of light that crosses an interface, beside Fresnel's factor; 1 where there is none. */
 dvec3 bsdf_passing(const bsdf *b);
+
+/* What of the light from wo goes straight on through thin panes: 1 - F of their colour. */
+dvec3 bsdf_straight(const bsdf *b, double cosine);
 
 /* One direction for all lobes: one of them is chosen by its share and drawn from; the densities of
  * all that are not delta count. `bsdf_pdf` is the density that bsdf_sample draws with, per solid

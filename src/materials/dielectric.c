@@ -3,8 +3,6 @@
 #include "materials/microfacet.h"
 #include "materials/material.h"
 
-#include "maths/functions.h"
-
 #define DIELECTRIC_FIELDS(F, T)                                                                    \
     MATERIAL_FIELDS(F, T)                                                                          \
     F(T, color, INPUT, DEFAULT(1, 1, 1), NOT_NEGATIVE, "",                                         \
@@ -32,15 +30,9 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
 
 static medium inside(const void *desc) {
     const dielectric_desc *m = desc;
-    medium inside = {(double)m->ior, dvec3_from(m->absorption), m->priority};
-    if (m->attenuation_distance > 0) { /* a = -ln(colour) / distance */
-        dvec3 c = dvec3_from(m->attenuation_color);
-        double scale = -1 / (double)m->attenuation_distance;
-        inside.absorption =
-            dvec3_add(inside.absorption,
-                      (dvec3){fn_log(c.x) * scale, fn_log(c.y) * scale, fn_log(c.z) * scale});
-    }
-    return inside;
+    dvec3 more =
+        medium_attenuation(dvec3_from(m->attenuation_color), (double)m->attenuation_distance);
+    return (medium){(double)m->ior, dvec3_add(dvec3_from(m->absorption), more), m->priority};
 }
 
 const material_type material_dielectric = {

@@ -42,4 +42,5 @@ const material_type material_glazed = {
     .info = TYPE_INFO(CATEGORY_MATERIAL, glazed, "glazed", "a mirror coat over another material"),
     .check = check,
     .fill = fill,
+    .may_gain = true, /* the base does not know of the coat */
 };

@@ -1,5 +1,7 @@
 #include "materials/material.h"
 
+#include "maths/functions.h"
+
 #define MATERIAL(name) extern const material_type material_##name;
 #include "materials/materials.def"
 #undef MATERIAL
@@ -9,6 +11,12 @@ const material_type *const material_types[] = {
 #undef MATERIAL
 };
 const uint32_t material_type_count = sizeof material_types / sizeof material_types[0];
+
+dvec3 medium_attenuation(dvec3 color, double distance) {
+    if (!(distance > 0)) return (dvec3){0, 0, 0};
+    double scale = -1 / distance;
+    return (dvec3){fn_log(color.x) * scale, fn_log(color.y) * scale, fn_log(color.z) * scale};
+}
 
 double material_alpha(const material *m, const material_point *point) {
     const material_common *common = m->desc;
@@ -34,4 +42,25 @@ void material_evaluate(const material *m, const material_point *point, bsdf *out
     out->ambient = dvec3_from(common->ambient);
     out->emission = m->shines ? material_emission(m, point) : (dvec3){0, 0, 0};
     m->type->fill(m->desc, point, out);
+}
+
+double material_albedo(const material *m, const texture *textures, const material *materials,
+                       double cosine) {
+    enum { SAMPLES = 1024 };
+    const dvec3 n = {0, 0, 1}, wo = {sqrt(1 - cosine * cosine), 0, cosine};
+    const material_point point = {.at = {.has_uv = true, .n = n},
+                                  .tint = {1, 1, 1},
+                                  .alpha = 1,
+                                  .outside = true,
+                                  .textures = textures,
+                                  .materials = materials};
+    bsdf b;
+    material_evaluate(m, &point, &b);
+    dvec3 sum = {0, 0, 0};
+    for (uint32_t i = 0; i < SAMPLES; i++) {
+        bsdf_direction drawn;
+        if (bsdf_sample(&b, n, wo, sample_point(1, i).x, sample_point(2, i), &drawn))
+            sum = dvec3_add(sum, drawn.weight);
+    }
+    return dvec3_largest(sum) / SAMPLES;
 }

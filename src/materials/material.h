@@ -37,6 +37,10 @@ typedef struct medium {
     int32_t priority; /* where solids overlap the higher one is present */
 } medium;
 
+/* a of exp(-a d) that leaves `color` of white light after `distance`: -ln(color) / distance; 0 where
+ * the distance is 0. */
+dvec3 medium_attenuation(dvec3 color, double distance);
+
 typedef struct material material;
 
 /* Everything that a material may look at. */
@@ -61,6 +65,8 @@ typedef struct material_type {
     bool (*shines)(const void *desc, const material *materials);
     /* The medium inside closed shapes of this material; NULL: it does not bound one. */
     medium (*inside)(const void *desc);
+    /* Whether light may go straight through it, being thin (lobe_thin, lobe_rough_thin); NULL: no. */
+    bool (*is_thin)(const void *desc);
     /* Whether this one bounds its medium; NULL: it always does, where there is `inside`. */
     bool (*bounds)(const void *desc);
     /* How much of it is there, 0 .. 1, beside the common `alpha`; NULL: all. */
@@ -86,6 +92,7 @@ struct material {
     const void *desc;  /* begins with material_common */
     bool opaque_alpha; /* alpha is 1 everywhere: shadow rays need not look */
     bool textured;     /* looks at u, v or the point */
+    bool thin;         /* light may go straight through it or a part of it */
     bool shines;       /* has emission somewhere */
     bool bends;        /* has a normal map or bump: the shading normal is not the shape's */
 };
@@ -94,6 +101,10 @@ struct material {
 void material_evaluate(const material *m, const material_point *point, bsdf *out);
 /* The radiance that it sends out at the point; 0 from the inside, unless emit_two_sided. */
 dvec3 material_emission(const material *m, const material_point *point);
+/* The fraction of light that it sends back or on when seen at this cosine from outside, its largest
+ * colour, estimated with 1024 fixed samples at the texture coordinates (0, 0). */
+double material_albedo(const material *m, const texture *textures, const material *materials,
+                       double cosine);
 /* The opacity alone, for rays that pass through. */
 double material_alpha(const material *m, const material_point *point);
 

@@ -100,9 +100,6 @@ typedef struct facet {
     double cos_o, cos_i, cos_h, facing; /* facing = wo.h = wi.h */
 } facet;
 
-/* n.v of a direction in the surface's own plane; finite densities want more than 0. */
-static const double COS_MIN = 1e-9;
-
 static bool find_facet(dvec3 n, dvec3 wo, dvec3 wi, facet *out) {
     out->cos_i = dvec3_dot(n, wi);
     if (!(out->cos_i > 0)) return false;
@@ -215,7 +212,7 @@ static bool sample_cosine(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sampl
 }
 
 const lobe_type lobe_under = {
-    .class = LOBE_DIFFUSE, .evaluate = evaluate_under, .pdf = pdf_cosine, .sample = sample_cosine};
+    .class = LOBE_DIFFUSE, .matte = true, .evaluate = evaluate_under, .pdf = pdf_cosine, .sample = sample_cosine};
 
 /* ---- adding them to a bsdf ---- */
 

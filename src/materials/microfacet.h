@@ -9,8 +9,9 @@
 #include "materials/bsdf.h"
 
 #define ALPHA_MIN 1e-4
+#define COS_MIN 1e-9 /* for directions in the surface itself: what is divided by it stays finite */
 #define WHITTED_MIRROR_ROUGHNESS 0.05 /* whitted takes smoother ones for mirrors */
-#define SHEEN_ALPHA_MIN 0.01          /* of sheen: below it there is all but nothing of it */
+#define SHEEN_ALPHA_MIN 0.07          /* of sheen: below it the fit of Lambda gains energy */
 
 /* The density of facets: D cos_h integrates to 1. 1/sr. */
 double beckmann_d(double cos_h, double m);

@@ -46,8 +46,9 @@ static bool find_crossing(const boundary *at, dvec3 n, dvec3 wo, dvec3 wi, cross
 
 static dvec3 evaluate_transmission(const lobe *l, const boundary *at, dvec3 n, dvec3 wo, dvec3 wi) {
     crossing c;
-    double cos_o = dvec3_dot(n, wo), cos_i = -dvec3_dot(n, wi);
-    if (!(cos_o > 0) || !find_crossing(at, n, wo, wi, &c)) return (dvec3){0, 0, 0};
+    double cos_o = double_max(dvec3_dot(n, wo), COS_MIN),
+           cos_i = double_max(-dvec3_dot(n, wi), COS_MIN);
+    if (!find_crossing(at, n, wo, wi, &c)) return (dvec3){0, 0, 0};
     double passed = 1 - fresnel_dielectric(c.o_h, at->ior1, at->ior2);
     double g = ggx_g1(cos_o, l->alpha) * ggx_g1(cos_i, l->alpha);
     double d = ggx_d(dvec3_dot(n, c.h), l->alpha);
@@ -63,8 +64,9 @@ static dvec3 to_this_side(dvec3 n, dvec3 wi) {
 
 /* GGX reflection without its Fresnel factor; *facing is the cosine for that. */
 static double evaluate_facets(double alpha, dvec3 n, dvec3 wo, dvec3 wi, double *facing) {
-    double cos_o = dvec3_dot(n, wo), cos_i = dvec3_dot(n, wi);
-    if (!(cos_i > 0) || !(cos_o > 0)) return 0;
+    double cos_o = double_max(dvec3_dot(n, wo), COS_MIN), cos_i = dvec3_dot(n, wi);
+    if (!(cos_i > 0)) return 0;
+    cos_i = double_max(cos_i, COS_MIN);
     dvec3 h = dvec3_normalize(dvec3_add(wo, wi));
     *facing = clamp01(dvec3_dot(wo, h));
     return ggx_d(dvec3_dot(n, h), alpha) * ggx_visibility(cos_o, cos_i, alpha);

@@ -28,6 +28,30 @@ static bool is_textured(const scene *s, const object *o) {
     return false;
 }
 
+static bool is_thin(const scene *s, const object *o) {
+    const material_type *type = (const material_type *)o->type;
+    if (type->is_thin) return type->is_thin(o->desc);
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
+        const char *at = (const char *)o->desc + o->type->fields[i].offset;
+        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
+        if (part && s->materials[part - 1].thin) return true;
+    }
+    return false;
+}
+
+/* Some materials are as opaque as those that they are made of (earlier ones). */
+static bool has_opaque_parts(const scene *s, const object *o) {
+    if (((const material_type *)o->type)->opacity == NULL) return true;
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
+        const char *at = (const char *)o->desc + o->type->fields[i].offset;
+        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
+        if (part && !s->materials[part - 1].opaque_alpha) return false;
+    }
+    return true;
+}
+
 static bool can_shine(const scene *s, const material *m) {
     const material_common *common = m->desc;
     return vec3_largest(common->emission.value) > 0 ||
@@ -101,11 +125,13 @@ static snell_status freeze_objects(scene *s, const description *d) {
     for (size_t i = 0; i < materials->count; i++) {
         const object *o = &materials->items[i];
         const material_common *common = o->desc;
-        bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1;
+        bool opaque = common->alpha.texture.index1 == 0 && common->alpha.value.x >= 1 &&
+                      has_opaque_parts(s, o);
         s->materials[i] = (material){.type = (const material_type *)o->type,
                                      .desc = o->desc,
                                      .opaque_alpha = opaque,
                                      .textured = is_textured(s, o),
+                                     .thin = is_thin(s, o),
                                      .bends = bends(common)};
         s->materials[i].shines = can_shine(s, &s->materials[i]);
         s->needs_footprint |= common->bump.texture.index1 != 0;
@@ -154,7 +180,8 @@ static uint32_t shadow_mask(const material *m) {
     const material_common *common = m->desc;
     if (common->shadow == SHADOW_NONE) return MASK_NO_SHADOW;
     if (common->shadow == SHADOW_OPAQUE) return MASK_OPAQUE;
-    return material_bounds_medium(m->type, m->desc) || !m->opaque_alpha ? MASK_FILTER : MASK_OPAQUE;
+    bool filters = material_bounds_medium(m->type, m->desc) || m->thin || !m->opaque_alpha;
+    return filters ? MASK_FILTER : MASK_OPAQUE;
 }
 
 /* A mesh of several materials is a filter as soon as one of them is: the walk looks at each

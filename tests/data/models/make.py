@@ -157,9 +157,14 @@ def materials():
             "KHR_materials_volume": {"thicknessFactor": 1, "attenuationDistance": 2, "attenuationColor": [0.5, 1, 0.25]}}},
         {"name": "flat", **pbr(0, 1), "extensions": {"KHR_materials_unlit": {}}},
         {"name": "lamp", **pbr(0, 1), "emissiveFactor": [1, 0.5, 0], "extensions": {
-            "KHR_materials_emissive_strength": {"emissiveStrength": 4}}}]
+            "KHR_materials_emissive_strength": {"emissiveStrength": 4}}},
+        {"name": "layers", **pbr(0, 1), "extensions": {
+            "KHR_materials_specular": {"specularFactor": 0.5, "specularColorFactor": [2, 1, 0]},
+            "KHR_materials_clearcoat": {"clearcoatFactor": 0.75, "clearcoatRoughnessFactor": 0.25},
+            "KHR_materials_sheen": {"sheenColorFactor": [0, 0.5, 1], "sheenRoughnessFactor": 0.5},
+            "KHR_materials_transmission": {"transmissionFactor": 0.25}}}]
     f.json["extensionsUsed"] = ["KHR_materials_" + e for e in
-                                ("transmission", "ior", "volume", "unlit", "emissive_strength", "sheen")]
+                                ("transmission", "ior", "volume", "unlit", "emissive_strength", "specular", "clearcoat", "sheen", "iridescence")]
     for m in range(len(f.json["materials"])):
         f.mesh({"POSITION": p}, material=m)
     f.save("materials.gltf")
@@ -220,7 +225,8 @@ def others():
           b"usemtl painted\nf 1/1 2/2 3/3 4/4\no dart\nusemtl shiny\nf 1 2 3 5\no glass\nusemtl clear\nf -5 -4 -3\n")
     write("quad.mtl", b"newmtl painted\nKd 1 1 1\nillum 1\nmap_Kd textures\\grey.png\naniso 0.5\n"
           b"newmtl shiny\nKd 0.2 0.4 0.6\nKs 0.5 0.5 0.5\nNs 40\nillum 2\nd 0.5\n"
-          b"newmtl clear\nKd 0 0 0\nNi 1.4\nillum 7\n")
+          b"newmtl clear\nKd 0 0 0\nNi 1.4\nillum 7\n"
+          b"newmtl facets\nKd 0.5 0.25 0\nPm 1\nPr 0.25\n")
     os.makedirs(os.path.join(HERE, "textures"), exist_ok=True)
     write("textures/grey.png", png(2, 1, 1, [[64, 192]]))
     write("textures/deep.png", png(1, 1, 3, [[255, 255, 128, 0, 0, 0]], bits=16))

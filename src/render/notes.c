@@ -1,0 +1,50 @@
+#include "render/notes.h"
+
+#include "scene/settings.h"
+
+static void note_ambient(const scene *s, const log_sink *log) {
+    if (!(dvec3_largest(s->ambient) > 0)) return;
+    log_write(log, SNELL_WARNING, (source_place){0},
+              "light.environment is light from everywhere that things can shade",
+              "path ignores ambient light: it finds what ambient stands for");
+}
+
+/* A tenth of a percent is what an estimate of 1024 samples may be off for what gains nothing. */
+static void note_gain(const description *d, const scene *s, const log_sink *log) {
+    for (uint32_t i = 0; i < s->material_count; i++) {
+        const material *m = &s->materials[i];
+        if (!m->type->may_gain) continue;
+        double largest = 0;
+        for (int k = 1; k <= 3; k++)
+            largest = double_max(largest, material_albedo(m, s->textures, s->materials, k / 3.0));
+        if (!(largest > 1.01)) continue;
+        const object *o = &d->objects[CATEGORY_MATERIAL].items[i];
+        char label[128];
+        description_object_label(d, CATEGORY_MATERIAL, i, label, sizeof label);
+        log_write(log, SNELL_WARNING, (source_place){o->file, o->line, 0},
+                  "lower its colour or its specular part",
+                  "%s gives back %.2f of the light that it gets: path adds it up", label, largest);
+    }
+}
+
+/* Planes have no area to draw a point from. */
+static void note_endless_emitters(const scene *s, const log_sink *log) {
+    for (uint32_t i = 0; i < s->instance_count; i++) {
+        const scene_instance *at = &s->instances[i];
+        if (at->type->area || !s->materials[at->material].shines) continue;
+        log_write(log, SNELL_WARNING, (source_place){0}, "use a quad or a disk, or path",
+                  "a %s that shines lights only what mirrors it: it has no area to sample",
+                  at->type->info.name);
+        return;
+    }
+}
+
+void render_notes(const description *d, const scene *s, const integrator *policy,
+                  const log_sink *log) {
+    if (!policy->one_branch) {
+        note_endless_emitters(s, log);
+        return;
+    }
+    note_ambient(s, log);
+    note_gain(d, s, log);
+}

@@ -1,0 +1,447 @@
+/* Every registered material, so that a new one is tested as soon as it is in materials.def: with its
+ * defaults, at both ends of what makes it rough, and in the further settings listed below.
+ *
+ * Chi-square of the directions drawn against their density; the density's integral; energy;
+ * reciprocity; white furnaces; numbers that are finite whatever the angle. */
+#include <math.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "maths/functions.h"
+#include "materials/albedo.h"
+#include "materials/microfacet.h"
+#include "materials/material.h"
+#include "render_test.h"
+
+enum { PARTS = 3, VARIANTS_MAX = 200, PARAMS = 6 };
+static const dvec3 UP = {0, 0, 1};
+
+typedef struct variant {
+    material m;
+    void *desc;
+    char label[160];
+} variant;
+
+/* The parts that materials made of others get: earlier ones, as in a scene. */
+static material parts[PARTS];
+static variant variants[VARIANTS_MAX];
+static int variant_count;
+
+/* ---- all settings ---- */
+
+static const material_type *find_type(const char *name) {
+    for (uint32_t i = 0; i < material_type_count; i++)
+        if (strcmp(material_types[i]->info.name, name) == 0) return material_types[i];
+    fail_msg("no material %s", name);
+    return NULL;
+}
+
+static void set(const type_info *info, void *desc, snell_param p) {
+    if (desc_set(info, desc, &p) != SNELL_OK) fail_msg("%s.%s", info->name, p.name);
+}
+
+static material make(const material_type *type, const snell_param *params, size_t count) {
+    void *desc = memory_zeroed(1, type->info.desc_size);
+    assert_non_null(desc);
+    desc_init(&type->info, desc);
+    uint32_t next = 1;
+    for (uint32_t i = 0; i < type->info.field_count; i++)
+        if (type->info.fields[i].kind == FIELD_MATERIAL)
+            *(snell_material_id *)(void *)((char *)desc + type->info.fields[i].offset) =
+                (snell_material_id){next++, 0};
+    for (size_t i = 0; i < count; i++) set(&type->info, desc, params[i]);
+    assert_int_equal(desc_check(&type->info, desc, NULL), SNELL_OK);
+    if (type->check) assert_int_equal(type->check(desc), SNELL_OK);
+    return (material){.type = type, .desc = desc};
+}
+
+static void add_variant(const material_type *type, const snell_param *params, size_t count) {
+    assert_true(variant_count < VARIANTS_MAX);
+    variant *v = &variants[variant_count++];
+    v->m = make(type, params, count);
+    int used = snprintf(v->label, sizeof v->label, "%s", type->info.name);
+    for (size_t i = 0; i < count && used > 0 && used < (int)sizeof v->label; i++)
+        used += snprintf(v->label + used, sizeof v->label - (size_t)used, " %s=%g", params[i].name,
+                         params[i].value.f);
+}
+
+#define NUMBER(name_, value_)                                                                      \
+    { .name = name_, .kind = SNELL_PARAM_FLOAT, .value.f = value_ }
+
+/* Whatever a material calls its roughness, its ends and what is between are tried. */
+static void add_sweeps(const material_type *type) {
+    static const struct {
+        const char *name;
+        double values[6];
+    } sweeps[] = {{"roughness", {0, 0.005, 0.04, 0.2, 0.5, 1}},
+                  {"m", {0, 1e-4, 0.01, 0.1, 0.5, 1}},
+                  {"exponent", {0, 1, 5, 50, 1000, 1e6}},
+                  {"weight", {0, 0.1, 0.3, 0.7, 0.9, 1}}};
+    for (size_t i = 0; i < sizeof sweeps / sizeof sweeps[0]; i++)
+        for (int k = 0; k < 6; k++) {
+            snell_param p = NUMBER(sweeps[i].name, sweeps[i].values[k]);
+            if (type_find_field(&type->info, sweeps[i].name)) add_variant(type, &p, 1);
+        }
+}
+
+typedef struct setting {
+    const char *type;
+    snell_param params[PARAMS];
+} setting;
+
+static const setting settings[] = {
+    {"lambert", {NUMBER("color", 1)}},
+    {"dielectric", {NUMBER("roughness", 0.3), NUMBER("ior", 1)}},
+    {"dielectric", {NUMBER("roughness", 0.3), NUMBER("ior", 2.4)}},
+    {"dielectric", {NUMBER("roughness", 0.7), NUMBER("color", 0.5)}},
+    {"conductor", {NUMBER("eta", 1.5), NUMBER("roughness", 0.4)}},
+    {"conductor", {NUMBER("eta", 0.2), NUMBER("k", 3), NUMBER("roughness", 0.8)}},
+    {"ggx", {NUMBER("color", 1), NUMBER("roughness", 0.5)}},
+    {"ggx", {NUMBER("color", 1), NUMBER("ior", 1)}},
+    {"ggx", {NUMBER("color", 0), NUMBER("ior", 10), NUMBER("roughness", 1)}},
+    {"glazed", {NUMBER("ior", 1.5)}},
+    {"principled", {NUMBER("metallic", 1), NUMBER("roughness", 0.3)}},
+    {"principled", {NUMBER("metallic", 1), NUMBER("roughness", 0), NUMBER("base_color", 1)}},
+    {"principled", {NUMBER("metallic", 0.5), NUMBER("roughness", 1), NUMBER("base_color", 1)}},
+    {"principled", {NUMBER("specular", 0), NUMBER("base_color", 1)}},
+    {"principled", {NUMBER("specular_color", 8), NUMBER("base_color", 1)}},
+    {"principled", {NUMBER("transmission", 1), NUMBER("roughness", 0.3)}},
+    {"principled", {NUMBER("transmission", 1), NUMBER("roughness", 0)}},
+    {"principled",
+     {NUMBER("transmission", 0.5), NUMBER("roughness", 0.4), NUMBER("metallic", 0.5)}},
+    {"principled", {NUMBER("transmission", 1), NUMBER("roughness", 0.3), NUMBER("thickness", 1)}},
+    {"principled",
+     {NUMBER("transmission", 0.7), NUMBER("roughness", 0.5), NUMBER("thickness", 1),
+      NUMBER("clearcoat", 1), NUMBER("base_color", 1)}},
+    {"principled", {NUMBER("clearcoat", 1), NUMBER("clearcoat_roughness", 0.3)}},
+    {"principled", {NUMBER("clearcoat", 1), NUMBER("base_color", 1), NUMBER("roughness", 0)}},
+    {"principled",
+     {NUMBER("sheen_color", 1), NUMBER("sheen_roughness", 0.3), NUMBER("base_color", 1)}},
+    {"principled",
+     {NUMBER("sheen_color", 1), NUMBER("sheen_roughness", 0), NUMBER("base_color", 1)}},
+    {"principled",
+     {NUMBER("sheen_color", 1), NUMBER("sheen_roughness", 1), NUMBER("clearcoat", 0.5),
+      NUMBER("clearcoat_roughness", 1), NUMBER("base_color", 1), NUMBER("metallic", 0.5)}},
+    {"cook_torrance", {NUMBER("color", 0), NUMBER("m", 0.5), NUMBER("specular", 1)}},
+};
+
+static int start(void **state) {
+    (void)state;
+    parts[0] = make(find_type("lambert"), NULL, 0);
+    parts[1] = make(find_type("ggx"), NULL, 0);
+    parts[2] = make(find_type("mirror"), NULL, 0);
+    for (uint32_t i = 0; i < material_type_count; i++) {
+        add_variant(material_types[i], NULL, 0);
+        add_sweeps(material_types[i]);
+    }
+    for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) {
+        size_t count = 0;
+        while (count < PARAMS && settings[i].params[count].name) count++;
+        add_variant(find_type(settings[i].type), settings[i].params, count);
+    }
+    return 0;
+}
+
+static int stop(void **state) {
+    (void)state;
+    for (int i = 0; i < PARTS; i++) desc_free(&parts[i].type->info, (void *)parts[i].desc);
+    for (int i = 0; i < variant_count; i++)
+        desc_free(&variants[i].m.type->info, (void *)variants[i].m.desc);
+    return 0;
+}
+
+/* ---- looking at one ---- */
+
+static bsdf look_at(const material *m, bool outside) {
+    bsdf b;
+    material_point point = {.tint = {1, 1, 1}, .alpha = 1, .outside = outside, .materials = parts};
+    material_evaluate(m, &point, &b);
+    return b;
+}
+
+static dvec3 direction(double cosine, double angle) {
+    double sine = sqrt(double_max(0, 1 - cosine * cosine));
+    return (dvec3){sine * cos(angle), sine * sin(angle), cosine};
+}
+
+static bool draw(const bsdf *b, dvec3 wo, uint64_t *state, bsdf_direction *out) {
+    double choice = uniform(state);
+    sample2 u = {uniform(state), uniform(state)};
+    return bsdf_sample(b, UP, wo, choice, u, out);
+}
+
+static bool is_sane(dvec3 v) {
+    return isfinite(v.x) && isfinite(v.y) && isfinite(v.z) && v.x >= 0 && v.y >= 0 && v.z >= 0;
+}
+
+/* ---- directions drawn against their density ---- */
+
+enum { ROWS = 24, COLUMNS = 32, CELLS = ROWS * COLUMNS, SUB = 16 };
+static const double WO_COSINES[] = {1, 0.8, 0.5, 0.15};
+enum { WO_COUNT = 4 };
+
+/* Cells are equal in both angles: fine enough for narrow lobes about the poles. */
+static void expected_counts(const bsdf *b, dvec3 wo, double samples, double expected[CELLS]) {
+    uint64_t random = 5; /* jittered: a density may end at an edge */
+    for (int cell = 0; cell < CELLS; cell++) {
+        double sum = 0;
+        for (int k = 0; k < SUB * SUB; k++) {
+            double row = cell / COLUMNS + (k / SUB + uniform(&random)) / SUB,
+                   column = cell % COLUMNS + (k % SUB + uniform(&random)) / SUB,
+                   theta = PI * row / ROWS;
+            sum +=
+                bsdf_pdf(b, UP, wo, direction(cos(theta), 2 * PI * column / COLUMNS)) * sin(theta);
+        }
+        expected[cell] = samples * sum / (SUB * SUB) * 2 * PI * PI / CELLS;
+    }
+}
+
+static int cell_of(dvec3 wi) {
+    double angle = atan2(wi.y, wi.x);
+    if (angle < 0) angle += 2 * PI;
+    int row = (int)(acos(wi.z) / PI * ROWS), column = (int)(angle / (2 * PI) * COLUMNS);
+    if (row > ROWS - 1) row = ROWS - 1;
+    if (column > COLUMNS - 1) column = COLUMNS - 1;
+    return row * COLUMNS + column;
+}
+
+/* P(chi^2 >= x) with k degrees of freedom (Wilson and Hilferty 1931). */
+static double chi_square_tail(double x, double k) {
+    double z = (cbrt(x / k) - (1 - 2 / (9 * k))) / sqrt(2 / (9 * k));
+    return erfc(z / sqrt(2)) / 2;
+}
+
+/* The cells are for lobes that are not narrower than they are. */
+static bool is_broad(const bsdf *b) {
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *l = &b->lobes[i];
+        bool phong = l->type == &lobe_phong || l->type == &lobe_blinn_phong;
+        if (phong && l->exponent > 20) return false;
+        if (l->type->class == LOBE_GLOSSY && l->alpha < 0.12) return false;
+        /* The nearer the indices, the nearer to a delta. */
+        if (l->type->transmits && !l->type->thin && fabs(b->ior2 - b->ior1) < 0.1) return false;
+    }
+    return b->lobe_count > 0;
+}
+
+static void check_distribution(const variant *v, double cos_o, double level) {
+    bsdf b = look_at(&v->m, true);
+    if (!is_broad(&b)) return;
+    int samples = full_tests() ? 1000000 : 60000;
+    dvec3 wo = direction(cos_o, 0.7);
+    static double expected[CELLS], counted[CELLS];
+    memset(counted, 0, sizeof counted);
+    uint64_t state = 99;
+    double lost = 0; /* deltas and samples that find nothing */
+    for (int i = 0; i < samples; i++) {
+        bsdf_direction d;
+        if (!draw(&b, wo, &state, &d) || !(d.pdf > 0)) {
+            lost++;
+            continue;
+        }
+        assert_true(bsdf_pdf(&b, UP, wo, d.wi) > 0);
+        counted[cell_of(d.wi)]++;
+    }
+    expected_counts(&b, wo, samples, expected);
+    double total = 0, statistic = 0, few_expected = 0, few_counted = lost;
+    int degrees = 0;
+    for (int i = 0; i < CELLS; i++) {
+        total += expected[i];
+        if (expected[i] < 5) {
+            few_expected += expected[i];
+            few_counted += counted[i];
+            continue;
+        }
+        double difference = counted[i] - expected[i];
+        statistic += difference * difference / expected[i];
+        degrees++;
+    }
+    if (total > samples * 1.002)
+        fail_msg("%s at %g: the density integrates to %g", v->label, cos_o, total / samples);
+    few_expected += double_max(0, samples - total);
+    if (few_expected >= 5) {
+        double difference = few_counted - few_expected;
+        statistic += difference * difference / few_expected;
+    } else {
+        degrees--;
+        assert_true(few_counted <= 30);
+    }
+    if (degrees < 1) return;
+    double p = chi_square_tail(statistic, degrees);
+    if (!(p >= level))
+        fail_msg("%s at %g: chi^2 %g of %d degrees, p = %g (lost %g, expected lost %g)", v->label,
+                 cos_o, statistic, degrees, p, few_counted, few_expected);
+}
+
+static void directions_follow_their_density(void **state) {
+    (void)state;
+    double level = 1 - pow(1 - 0.01, 1.0 / (variant_count * WO_COUNT)); /* Sidak */
+    for (int i = 0; i < variant_count; i++)
+        for (int k = 0; k < WO_COUNT; k++) check_distribution(&variants[i], WO_COSINES[k], level);
+}
+
+/* ---- energy ---- */
+
+/* The mean weight of what is drawn, per colour; *error: three standard deviations of the largest. */
+static dvec3 albedo(const bsdf *b, dvec3 wo, int samples, double *error) {
+    dvec3 sum = {0, 0, 0}, squares = {0, 0, 0};
+    uint64_t state = 7;
+    for (int i = 0; i < samples; i++) {
+        bsdf_direction d;
+        if (!draw(b, wo, &state, &d)) continue;
+        assert_true(is_sane(d.weight));
+        sum = dvec3_add(sum, d.weight);
+        squares = dvec3_add(squares, dvec3_mul(d.weight, d.weight));
+    }
+    dvec3 mean = dvec3_scale(sum, 1.0 / samples);
+    dvec3 variance = dvec3_sub(dvec3_scale(squares, 1.0 / samples), dvec3_mul(mean, mean));
+    *error = 3 * sqrt(double_max(0, dvec3_largest(variance)) / samples);
+    return mean;
+}
+
+static void nothing_gains(void **state) {
+    (void)state;
+    static const double cosines[] = {1, 0.7, 0.3, 0.05, 0.001};
+    for (int i = 0; i < variant_count; i++) {
+        const variant *v = &variants[i];
+        if (v->m.type->may_gain) continue;
+        for (int k = 0; k < 10; k++) {
+            bsdf b = look_at(&v->m, k < 5);
+            double error, cosine = cosines[k % 5];
+            double most = dvec3_largest(albedo(&b, direction(cosine, 0.3), 20000, &error));
+            if (most > 1.01 + error) fail_msg("%s at %g: albedo %g", v->label, cosine, most);
+        }
+    }
+}
+
+/* White materials that send on all that they receive, at any roughness. */
+static void furnaces_stay_white(void **state) {
+    (void)state;
+    static const double cosines[] = {1, 0.7, 0.3, 0.1};
+    static const double roughnesses[] = {0, 0.1, 0.3, 0.6, 1};
+    static const setting white[] = {
+        {"lambert", {NUMBER("color", 1)}},
+        {"mirror", {NUMBER("color", 1)}},
+        {"conductor", {NUMBER("eta", 0.01), NUMBER("k", 100)}},
+        {"ggx", {NUMBER("color", 1)}},
+        {"dielectric", {NUMBER("color", 1)}},
+        {"principled", {NUMBER("base_color", 1)}},
+        {"principled", {NUMBER("base_color", 1), NUMBER("metallic", 1)}},
+        {"principled", {NUMBER("base_color", 1), NUMBER("metallic", 0.5)}},
+    };
+    for (size_t i = 0; i < sizeof white / sizeof white[0]; i++)
+        for (int k = 0; k < 20; k++) {
+            snell_param params[PARAMS] = {{0}};
+            memcpy(params, white[i].params, sizeof params);
+            const material_type *type = find_type(white[i].type);
+            size_t count = 0;
+            while (params[count].name) count++;
+            double roughness = roughnesses[k / 4], cosine = cosines[k % 4];
+            if (type_find_field(&type->info, "roughness"))
+                params[count++] = (snell_param)NUMBER("roughness", roughness);
+            /* Rough glass has single scattering only. */
+            if (type->inside && strcmp(type->info.name, "dielectric") == 0 && roughness > 0.1)
+                continue;
+            material m = make(type, params, count);
+            bsdf b = look_at(&m, true);
+            double error;
+            dvec3 sum = albedo(&b, direction(cosine, 1), 100000, &error);
+            desc_free(&type->info, (void *)m.desc);
+            if (fabs(sum.x - 1) > 0.012 + error)
+                fail_msg("%s %zu, roughness %g at %g: %g", type->info.name, i, roughness, cosine,
+                         sum.x);
+        }
+}
+
+/* ---- reciprocity ---- */
+
+/* f(wo, wi) / ior_i^2 = f(wi, wo) / ior_o^2: through a surface no radiance is scaled (see
+ * rough_interface.c). */
+static void both_ways_are_the_same(void **state) {
+    (void)state;
+    uint64_t random = 3;
+    for (int i = 0; i < variant_count; i++) {
+        const variant *v = &variants[i];
+        bsdf out = look_at(&v->m, true), in = look_at(&v->m, false);
+        /* Varnish is on the outside only. */
+        bool through = out.coat_count == 0;
+        for (int k = 0; k < 300; k++) {
+            dvec3 a = direction(uniform(&random), 6.3 * uniform(&random)),
+                  b = direction(2 * uniform(&random) - 1, 6.3 * uniform(&random));
+            if (b.z < 0 && !through) continue;
+            dvec3 there = bsdf_evaluate(&out, LOBES_LIT, UP, a, b), back;
+            if (b.z > 0)
+                back = bsdf_evaluate(&out, LOBES_LIT, UP, b, a);
+            else
+                back = dvec3_scale(bsdf_evaluate(&in, LOBES_LIT, dvec3_negate(UP), b, a),
+                                   out.ior2 * out.ior2 / (out.ior1 * out.ior1));
+            double scale = 1e-9 + dvec3_largest(there);
+            if (fabs(there.x - back.x) > 1e-6 * scale)
+                fail_msg("%s: %.12g there, %.12g back", v->label, there.x, back.x);
+        }
+    }
+}
+
+/* ---- edges ---- */
+
+static void numbers_stay_finite(void **state) {
+    (void)state;
+    static const double cosines[] = {1, 1 - 1e-16, 0.5, 1e-3, 1e-9, 1e-300, 0};
+    static const double us[] = {0, 1e-300, 0.5, 1 - 0x1p-53};
+    for (int i = 0; i < variant_count; i++)
+        for (int o = 0; o < 14; o++) {
+            bsdf b = look_at(&variants[i].m, o < 7);
+            dvec3 wo = direction(cosines[o % 7], 0);
+            for (int k = 0; k < 56; k++) {
+                dvec3 wi = direction(cosines[k % 7] * (k % 2 ? -1 : 1), k / 14 * PI / 3);
+                dvec3 f = bsdf_evaluate(&b, LOBES_LIT, UP, wo, wi);
+                double pdf = b.lobe_count ? bsdf_pdf(&b, UP, wo, wi) : 0;
+                if (!is_sane(f) || !isfinite(pdf) || pdf < 0)
+                    fail_msg("%s: f %g, pdf %g at %g and %g", variants[i].label, f.x, pdf, wo.z,
+                             wi.z);
+            }
+            for (int k = 0; k < 64; k++) {
+                bsdf_direction d;
+                sample2 u = {us[k % 4], us[k / 4 % 4]};
+                if (!bsdf_sample(&b, UP, wo, us[k / 16], u, &d)) continue;
+                if (!is_sane(d.weight) || !isfinite(d.pdf) ||
+                    !(fabs(dvec3_length(d.wi) - 1) < 1e-6))
+                    fail_msg("%s: weight %g, pdf %g at %g", variants[i].label, d.weight.x, d.pdf,
+                             wo.z);
+            }
+        }
+}
+
+/* The committed tables are the integrals of the lobes. */
+static void tables_are_the_integrals(void **state) {
+    (void)state;
+    for (int i = 3; i < ALBEDO_SIZE; i += 7)
+        for (int j = 4; j < ALBEDO_SIZE; j += 9) {
+            double x = (double)i / (ALBEDO_SIZE - 1), y = (double)j / (ALBEDO_SIZE - 1), error;
+            bsdf b = {.ior1 = 1, .ior2 = 1};
+            lobe *l = bsdf_add(&b, &lobe_ggx, (dvec3){1, 1, 1}, x * x);
+            l->fresnel = (fresnel){FRESNEL_SCHLICK, {0.3, 0, 1}, {1, 1, 1}};
+            dvec3 sum = albedo(&b, direction(y * y, 0), 200000, &error);
+            assert_true(fabs(albedo_ggx(x * x, y * y, 0.3, 1) - sum.x) < 1e-3 + error);
+            assert_true(fabs(albedo_ggx(x * x, y * y, 0, 1) - sum.y) < 1e-3 + error);
+            assert_true(fabs(albedo_ggx(x * x, y * y, 1, 1) - sum.z) < 1e-3 + error);
+            b.lobe_count = 0;
+            bsdf_add(&b, &lobe_sheen, (dvec3){1, 1, 1}, double_max(x * x, SHEEN_ALPHA_MIN));
+            sum = albedo(&b, direction(y * y, 0), 200000, &error);
+            if (!(fabs(albedo_sheen(x * x, y * y) - sum.x) < 2e-3 + error))
+                fail_msg("sheen %d, %d: %g in the table, %g +- %g", i, j,
+                         albedo_sheen(x * x, y * y), sum.x, error);
+        }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(numbers_stay_finite),
+        cmocka_unit_test(both_ways_are_the_same),
+        cmocka_unit_test(nothing_gains),
+        cmocka_unit_test(furnaces_stay_white),
+        cmocka_unit_test(tables_are_the_integrals),
+        cmocka_unit_test(directions_follow_their_density),
+    };
+    return cmocka_run_group_tests(tests, start, stop);
+}
