@@ -142,6 +142,8 @@ static void fill_materials(void) {
     with(add_sort(&materials, "conductor", "brushed"), number_of("roughness", 0.5));
     with(add_sort(&materials, "cook_torrance", ""), number_of("m", 0.3));
     with(add_sort(&materials, "ggx", ""), number_of("roughness", 0.5));
+    with(add_sort(&materials, "principled", ""), number_of("roughness", 0.5));
+    add_sort(&materials, "mix", "");
     with(add_sort(&materials, "emissive", ""), number_of("radiance", 0.1));
 }
 
@@ -226,6 +228,12 @@ static snell_material_id build_material(const sort *m) {
         params[count++] = (snell_param){.name = "base",
                                         .kind = SNELL_PARAM_MATERIAL,
                                         .value.material = add_lambert(&bench, grey(0.6))};
+    if (strcmp(m->type, "mix") == 0)
+        for (int i = 0; i < 2; i++)
+            params[count++] = (snell_param){.name = i ? "b" : "a",
+                                            .kind = SNELL_PARAM_MATERIAL,
+                                            .value.material = i ? add_mirror(&bench, grey(0.5))
+                                                                : add_lambert(&bench, grey(0.6))};
     MUST(snell_scene_add_material(bench.scene, m->type, params, count, &id));
     return id;
 }
@@ -386,6 +394,14 @@ static void add_gas_between(double alpha) {
     add_sphere(&bench, v3(0.1, 0.4, 0), 0.3, id);
 }
 
+/* A window pane, without an inside. */
+static void add_pane_between(double roughness) {
+    snell_material_id id;
+    const snell_param params[] = {number_of("transmission", 1), number_of("roughness", roughness)};
+    MUST(snell_scene_add_material(bench.scene, "principled", params, 2, &id));
+    add_quad(&bench, v3(-0.8, 0.3, -0.8), v3(1.6, 0, 0), v3(0, 0, 1.6), id);
+}
+
 static void build_between(int what) {
     rig_clear(&bench);
     for (size_t i = 0; i < lights.count; i++)
@@ -395,6 +411,8 @@ static void build_between(int what) {
     if (what == 0) add_card_between(0.5, SNELL_LAMBERT_SHADOW_FILTER);
     if (what == 1) add_gas_between(1);
     if (what == 2) add_gas_between(0.4);
+    if (what == 4) add_pane_between(0);
+    if (what == 5) add_pane_between(0.5);
     if (what == 3) { /* a ball that is half there: a quarter passes */
         add_sphere(&bench, v3(0.1, 0.4, 0), 0.3, add_card(&bench, grey(0), 0.5));
     }
@@ -402,20 +420,22 @@ static void build_between(int what) {
 
 static void light_passes_once(void **state) {
     (void)state;
-    static const char *const names[] = {"a card", "gas", "thin gas", "a ball"};
-    for (int what = 0; what < 4; what++) {
+    static const char *const names[] = {"a card", "gas",    "thin gas",
+                                        "a ball", "a pane", "frosted glass"};
+    for (int what = 0; what < 6; what++) {
         build_between(what);
         add_plane(&bench, origin, v3(0, 1, 0), add_lambert(&bench, grey(0.8)));
         MUST(snell_scene_commit(bench.scene, NULL, NULL));
-        /* Through gas a path goes two faces further, and through its reflections no further. */
-        estimate expected = estimate_policy(&bench, &only_material_deep, eye, origin, 3, 512);
-        estimate got = estimate_light(&bench, SNELL_PATH, eye, origin, 3, 128);
+        enum { DEPTH = 12 }; /* where next to nothing is left of what goes to and fro */
+        estimate expected = estimate_policy(&bench, &only_material_deep, eye, origin, DEPTH, 512);
+        estimate got = estimate_light(&bench, SNELL_PATH, eye, origin, DEPTH, 128);
         char name[80];
         snprintf(name, sizeof name, "through %s by path", names[what]);
         for (int k = 0; k < 3; k++)
             family_check_same(&agreement, name, &got.channel[k], &expected.channel[k]);
-        if (what == 2) continue; /* cook's shadow rays meet each face by itself */
-        got = estimate_light(&bench, SNELL_COOK, eye, origin, 3, 128);
+        /* cook's shadow rays meet each face by itself, and know no other light through panes */
+        if (what == 2 || what >= 4) continue;
+        got = estimate_light(&bench, SNELL_COOK, eye, origin, DEPTH, 128);
         snprintf(name, sizeof name, "through %s by cook", names[what]);
         for (int k = 0; k < 3; k++)
             family_check_same(&agreement, name, &got.channel[k], &expected.channel[k]);

@@ -8,7 +8,7 @@
 #include "render/render.h"
 #include "render_test.h"
 
-enum { WIDTH = 80, HEIGHT = 60 };
+enum { WIDTH = 64, HEIGHT = 48 };
 
 static FILE *hashes;
 
@@ -330,7 +330,7 @@ static snell_render_desc settings(rig *r, snell_integrator policy) {
     MUST(snell_scene_settings(r->scene, policy, &desc));
     desc.width = WIDTH;
     desc.height = HEIGHT;
-    desc.samples = full_tests() ? 16 : 4;
+    desc.samples = full_tests() ? 16 : 2;
     desc.min_weight = 0.002f;
     desc.pixel_center = false;
     desc.seed = 5;

@@ -4,7 +4,8 @@
  * then one integral, and the samples of a pixel share it.
  *
  * A microfacet lobe is traced and meets lights by itself, except those of a point or a direction,
- * which no ray could hit. Lambert and Phong lobes are lit by one point drawn on each light. */
+ * which no ray could hit. Lambert and Phong lobes are lit by one point drawn on each light; an
+ * infinite plane that shines has no such point, so it lights only what mirrors it. */
 #include "integrators/follow.h"
 
 /* One ray for the whole lobe. */

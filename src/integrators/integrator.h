@@ -42,7 +42,9 @@ typedef struct path_ray {
      * choice, so that nothing else could have found what it finds), and the normal where that was
      * (0: of no side), as scene_choose_source was or would have been asked. */
     float drawn_pdf;
-    vec3 drawn_n;
+    vec3 drawn_n,
+        drawn_from; /* from: where that was, which a pane that lets the ray straight through
+                                 does not change */
 } path_ray;
 
 typedef struct wave wave;

@@ -37,8 +37,8 @@ static dvec3 receiving_side(const shade_point *p, const bsdf *b) {
 /* What the path met by itself: the more sampling lights would have found it, the less it counts. */
 static double weight_of_hit(const wave *w, const path_ray *r, const shade_point *p) {
     if (!(r->drawn_pdf > 0)) return 1;
-    double light_pdf =
-        scene_hit_pdf(wave_scene(w), dvec3_from(r->ray.o), dvec3_from(r->drawn_n), p, r->ray.time);
+    double light_pdf = scene_hit_pdf(wave_scene(w), dvec3_from(r->drawn_from),
+                                     dvec3_from(r->drawn_n), p, r->ray.time);
     return mis2((double)r->drawn_pdf, light_pdf);
 }
 
@@ -93,8 +93,16 @@ static void go_on(wave *w, const path_ray *r, const shade_point *p, const bsdf *
                                next.transmitted ? wave_beyond(w) : &r->media, next.transmitted,
                                next.transmitted ? RAY_REFRACTED : RAY_REFLECTED);
     if (child == NULL) return;
+    if (p->material->thin && next.transmitted && !(next.pdf > 0)) {
+        /* Straight on, as shadow rays go too: what it meets, light sampling could have found. */
+        child->drawn_pdf = r->drawn_pdf;
+        child->drawn_n = r->drawn_n;
+        child->drawn_from = r->drawn_from;
+        return;
+    }
     child->drawn_pdf = (float)(next.pdf * survive);
     child->drawn_n = vec3_from(receiving_side(p, b));
+    child->drawn_from = child->ray.o;
 }
 
 static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {

@@ -317,7 +317,9 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
     bsdf b;
     if (p->material->thin) {
         material_evaluate(p->material, &p->at, &b);
-        return dvec3_add(sum, dvec3_scale(bsdf_straight(&b, dvec3_dot(p->wo, p->ns)), alpha));
+        bool smooth = w->settings.integrator->one_branch; /* paths find what a rough one scatters */
+        dvec3 straight = bsdf_straight(&b, dvec3_dot(p->wo, p->ns), smooth);
+        return dvec3_add(sum, dvec3_scale(straight, alpha));
     }
     if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;
     if (w->settings.integrator->one_branch) return path_filter(s, p, alpha, m);

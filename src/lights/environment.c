@@ -85,10 +85,11 @@ static dvec3 power(const light *l, double scene_radius) {
     return dvec3_scale(mean, 4 * PI * PI * scene_radius * scene_radius);
 }
 
-/* As many cells as pixels, or as the grid may have; then all pixels of a cell are looked at. */
-static void grid_size(const texture *t, uint32_t *width, uint32_t *height, uint32_t *detail) {
+/* As many cells as pixels, or as the grid may have; then no two of the directions in a cell are more
+ * than a pixel apart. false: cells are not pixels. */
+static bool grid_size(const texture *t, uint32_t *width, uint32_t *height, uint32_t *detail) {
     *width = 256, *height = 128, *detail = DETAIL_MIN;
-    if (t->type->size == NULL) return;
+    if (t->type->size == NULL) return false;
     uint32_t w, h;
     t->type->size(t->desc, &w, &h);
     uint32_t shrink = 1;
@@ -97,7 +98,8 @@ static void grid_size(const texture *t, uint32_t *width, uint32_t *height, uint3
     *height = h / shrink;
     if (*width < 1) *width = 1;
     if (*height < 1) *height = 1;
-    *detail = shrink > 1 ? shrink : DETAIL_MIN;
+    *detail = shrink > 1 ? shrink + 1 : DETAIL_MIN;
+    return shrink == 1;
 }
 
 static void release(void *state) {
@@ -117,8 +119,9 @@ static snell_status prepare(const void *desc, const texture *textures, void **st
     if (!s->constant) {
         environment e = {l, textures};
         uint32_t width, height, detail;
-        grid_size(&textures[l->radiance.texture.index1 - 1], &width, &height, &detail);
-        status = sphere_map_build(width, height, detail, look_up, &e, &s->map);
+        bool pixels =
+            grid_size(&textures[l->radiance.texture.index1 - 1], &width, &height, &detail);
+        status = sphere_map_build(width, height, detail, !pixels, look_up, &e, &s->map);
     }
     if (status)
         release(s);

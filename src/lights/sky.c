@@ -133,14 +133,14 @@ static snell_status prepare(const void *desc, const texture *textures, void **st
     sky_state *s = memory_zeroed(1, sizeof *s);
     if (s == NULL) return error_no_memory();
     fill_state(l, s);
-    snell_status status = sphere_map_build(GRID_WIDTH, GRID_HEIGHT, 1, look_up, s, &s->map);
+    snell_status status = sphere_map_build(GRID_WIDTH, GRID_HEIGHT, 1, false, look_up, s, &s->map);
     if (!status) {
         dvec3 down = sphere_map_irradiance(&s->map, (dvec3){0, 1, 0});
         dvec3 sun = sky_sun_irradiance(s->sun.y, (double)l->turbidity);
         down = dvec3_add(down, dvec3_scale(sun, s->sun.y * s->scale));
         s->ground = dvec3_scale(dvec3_mul(dvec3_from(l->ground), down), 1 / PI);
         sphere_map_free(&s->map);
-        status = sphere_map_build(GRID_WIDTH, GRID_HEIGHT, 2, look_up, s, &s->map);
+        status = sphere_map_build(GRID_WIDTH, GRID_HEIGHT, 2, false, look_up, s, &s->map);
     }
     if (status)
         release(s);

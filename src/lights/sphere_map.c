@@ -66,25 +66,56 @@ static void normalise(double *cdf, size_t count) {
     cdf[count] = 1;
 }
 
-snell_status sphere_map_build(uint32_t width, uint32_t height, uint32_t detail,
+/* A cell is drawn at least so often, by the brightest of those that touch it: what is bright may reach
+ * into it between the directions that were looked at. */
+static const double SPILL = 1.0 / 16;
+
+static double brightest_near(const sphere_map *map, const double *luminance, uint32_t x,
+                             uint32_t y) {
+    double brightest = 0;
+    for (uint32_t j = y > 0 ? y - 1 : 0; j <= y + 1 && j < map->height; j++)
+        for (uint32_t i = 0; i < 3; i++) {
+            uint32_t column = (x + map->width - 1 + i) % map->width;
+            brightest = double_max(brightest, luminance[(size_t)j * map->width + column]);
+        }
+    return brightest;
+}
+
+static double row_solid_angle(const sphere_map *map, uint32_t y) { /* of one cell */
+    return (edge_cosine(map, y) - edge_cosine(map, y + 1)) * (2 * PI / map->width);
+}
+
+static void fill_distributions(sphere_map *map, const double *luminance, bool spills) {
+    for (uint32_t y = 0; y < map->height; y++) {
+        double *cells = map->cells + (size_t)y * (map->width + 1);
+        for (uint32_t x = 0; x < map->width; x++) {
+            double l = luminance[(size_t)y * map->width + x];
+            if (spills) l = double_max(l, SPILL * brightest_near(map, luminance, x, y));
+            cells[x + 1] = cells[x] + l;
+        }
+        map->rows[y + 1] = map->rows[y] + cells[map->width] * row_solid_angle(map, y);
+        normalise(cells, map->width);
+    }
+    normalise(map->rows, map->height);
+}
+
+snell_status sphere_map_build(uint32_t width, uint32_t height, uint32_t detail, bool spills,
                               sphere_radiance_fn *radiance, const void *user, sphere_map *out) {
     *out = (sphere_map){.width = width, .height = height};
+    double *luminance = memory_resize(NULL, (size_t)width * height, sizeof *luminance);
     out->rows = memory_zeroed((size_t)height + 1, sizeof *out->rows);
     out->cells = memory_zeroed((size_t)height * (width + 1), sizeof *out->cells);
-    if (!out->rows || !out->cells) {
+    if (!luminance || !out->rows || !out->cells) {
+        free(luminance);
         sphere_map_free(out);
         return error_no_memory();
     }
-    for (uint32_t y = 0; y < height; y++) {
-        double solid_angle =
-            (edge_cosine(out, y) - edge_cosine(out, y + 1)) * (2 * PI / width); /* of a cell */
-        double *cells = out->cells + (size_t)y * (width + 1);
+    for (uint32_t y = 0; y < height; y++)
         for (uint32_t x = 0; x < width; x++)
-            cells[x + 1] = cells[x] + look_at_cell(out, x, y, detail, solid_angle, radiance, user);
-        out->rows[y + 1] = out->rows[y] + cells[width] * solid_angle;
-        normalise(cells, width);
-    }
-    normalise(out->rows, height);
+            luminance[(size_t)y * width + x] =
+                look_at_cell(out, x, y, detail, row_solid_angle(out, y), radiance, user);
+    fill_distributions(out, luminance, spills);
+    free(luminance);
     return SNELL_OK;
 }
 
@@ -114,8 +145,7 @@ static uint32_t find_interval(const double *cdf, uint32_t count, double u, doubl
 static double cell_pdf(const sphere_map *map, uint32_t x, uint32_t y) {
     const double *cells = map->cells + (size_t)y * (map->width + 1);
     double chance = (map->rows[y + 1] - map->rows[y]) * (cells[x + 1] - cells[x]);
-    double solid_angle = (edge_cosine(map, y) - edge_cosine(map, y + 1)) * (2 * PI / map->width);
-    return chance / solid_angle;
+    return chance / row_solid_angle(map, y);
 }
 
 bool sphere_map_sample(const sphere_map *map, sample2 u, dvec3 *d, double *pdf) {

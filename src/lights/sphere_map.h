@@ -23,8 +23,9 @@ typedef struct sphere_map {
 dvec3 sphere_map_direction(double u, double v);
 void sphere_map_coordinates(dvec3 d, double *u, double *v);
 
-/* A grid of width x height cells; in each, detail x detail directions are looked at. */
-snell_status sphere_map_build(uint32_t width, uint32_t height, uint32_t detail,
+/* A grid of width x height cells; in each, detail x detail directions are looked at. spills: cells
+ * beside bright ones are drawn too, where those directions may miss something. */
+snell_status sphere_map_build(uint32_t width, uint32_t height, uint32_t detail, bool spills,
                               sphere_radiance_fn *radiance, const void *user, sphere_map *out);
 void sphere_map_free(sphere_map *map);
 

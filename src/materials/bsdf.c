@@ -49,11 +49,11 @@ dvec3 bsdf_passing(const bsdf *b) {
     return (dvec3){1, 1, 1};
 }
 
-dvec3 bsdf_straight(const bsdf *b, double cosine) {
+dvec3 bsdf_straight(const bsdf *b, double cosine, bool smooth) {
     dvec3 sum = {0, 0, 0};
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
-        if (!l->type->thin) continue;
+        if (!l->type->thin || (smooth && l->type->class != LOBE_INTERFACE)) continue;
         double passed = 1 - fresnel_evaluate(&l->fresnel, cosine).x;
         sum = dvec3_add(sum, dvec3_scale(l->weight, passed * lobe_passing(l, b, cosine, -cosine)));
     }

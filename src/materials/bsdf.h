@@ -34,7 +34,7 @@ typedef struct lobe_type {
     bool transmits; /* wi may lie beyond the surface */
     bool thin;      /* of those that transmit: what is beyond is the same medium, so that light goes
                        straight on, and its index is that of lobe.fresnel */
-    bool matte;     /* looks about the same from everywhere: what light from everywhere falls on where
+    bool matte; /* looks about the same from everywhere: what light from everywhere falls on where
                        nothing is sampled */
     /* The BSDF, 1/sr, without the cosine. Both NULL for delta lobes. */
     dvec3 (*evaluate)(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
@@ -93,8 +93,9 @@ bool bsdf_is_lit(const bsdf *b, lobe_set set); /* has a lobe of the set that is 
 /* The colour of light that crosses an interface, beside Fresnel's factor; 1 where there is none. */
 dvec3 bsdf_passing(const bsdf *b);
 
-/* What of the light from wo goes straight on through thin panes: 1 - F of their colour. */
-dvec3 bsdf_straight(const bsdf *b, double cosine);
+/* What of the light from wo goes straight on through thin panes: 1 - F of their colour. smooth: of
+ * those alone that do not scatter it. */
+dvec3 bsdf_straight(const bsdf *b, double cosine, bool smooth);
 
 /* One direction for all lobes: one of them is chosen by its share and drawn from; the densities of
  * all that are not delta count. `bsdf_pdf` is the density that bsdf_sample draws with, per solid

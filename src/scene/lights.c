@@ -7,7 +7,7 @@
 #include "maths/functions.h"
 
 /* A mesh light of many triangles is represented by so many points where it has one shadow ray each. */
-enum { CENTERS_MAX = 32 };
+enum { CENTERS_MAX = 12 };
 
 /* ---- finding what shines ---- */
 
