@@ -17,13 +17,14 @@ __attribute__((noinline)) static void aim(const dvec3 *from, const dvec3 *at, ve
 
 static void a_float_is_rounded(void **state) {
     (void)state;
-    dvec3 from = {0.1, 0.2, 0.3}, at = {0, 0, 0}, d;
+    volatile double tenth = 0.1; /* so that the compiler does not know it */
+    volatile float rounded = 0.1f;
+    dvec3 from = {tenth, 2 * tenth, 4 * tenth}, at = {tenth, 0, 0}, d;
     vec3 o;
     aim(&from, &at, &o, &d);
-    volatile float x = 0.1f, y = 0.2f, z = 0.3f;
-    assert_true(d.x == -(double)x);
-    assert_true(d.y == -(double)y);
-    assert_true(d.z == -(double)z);
+    assert_true(d.x == tenth - (double)rounded);
+    assert_true(d.y == -2 * (double)rounded);
+    assert_true(d.z == -4 * (double)rounded);
 }
 
 int main(void) {
