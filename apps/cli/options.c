@@ -62,8 +62,8 @@ const option_info option_table[] = {
      "a floor under the model; the colour as for --background", LIGHT, CMD_RENDER,
      OPTION_PICTURE | OPTION_OPTIONAL_VALUE, TEXT_COLORS, true},
 
-    {OPT_INTEGRATOR, "integrator", 'i', "I", "scene, whitted", "appel, whitted, cook or path", RENDERING,
-     CMD_RENDER, OPTION_PICTURE, "appel|whitted|cook|path", false},
+    {OPT_INTEGRATOR, "integrator", 'i', "I", "scene, whitted", "appel, whitted, cook or path",
+     RENDERING, CMD_RENDER, OPTION_PICTURE, "appel|whitted|cook|path", false},
     {OPT_SAMPLES, "samples", 'n', "N", "scene, 16", "per pixel; 1 goes through its centre",
      RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
     {OPT_SAMPLES, "spp", 0, "N", NULL, "as --samples", RENDERING, CMD_RENDER,

@@ -378,8 +378,8 @@ SNELL_API snell_status snell_scene_occluded(const snell_scene *scene, const snel
 
 /* The BSDF f(wo, wi), 1/sr, without the cosine. Mirrors and smooth glass are deltas: they are left out. */
 SNELL_API snell_status snell_material_eval(const snell_scene *scene, snell_material_id material,
-                                           const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *wi,
-                                           snell_vec3 *f, size_t count);
+                                           const snell_vec2 *uv, snell_vec3 wo,
+                                           const snell_vec3 *wi, snell_vec3 *f, size_t count);
 /* The density with which snell_material_sample draws wi, per solid angle; deltas are left out. */
 SNELL_API snell_status snell_material_pdf(const snell_scene *scene, snell_material_id material,
                                           const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *wi,
@@ -393,8 +393,9 @@ typedef struct snell_scattering {
 } snell_scattering;
 /* One direction for each u in [0, 1)^3: x chooses among the material's parts, y and z draw from it. */
 SNELL_API snell_status snell_material_sample(const snell_scene *scene, snell_material_id material,
-                                             const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *u,
-                                             snell_scattering *out, size_t count);
+                                             const snell_vec2 *uv, snell_vec3 wo,
+                                             const snell_vec3 *u, snell_scattering *out,
+                                             size_t count);
 
 /* ---- render: blocking, the same bits for the same settings ----------------------------------- */
 

@@ -53,9 +53,8 @@ static bool all_directions(const snell_vec3 *wi, size_t count) {
     return true;
 }
 
-snell_status snell_material_eval(const snell_scene *s, snell_material_id id,
-                                 const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *wi,
-                                 snell_vec3 *f, size_t count) {
+snell_status snell_material_eval(const snell_scene *s, snell_material_id id, const snell_vec2 *uv,
+                                 snell_vec3 wo, const snell_vec3 *wi, snell_vec3 *f, size_t count) {
     view v;
     snell_status status = begin_view(s, id, uv, wo, wi, f, count, &v);
     if (status) return status;
@@ -69,9 +68,8 @@ snell_status snell_material_eval(const snell_scene *s, snell_material_id id,
     return good ? SNELL_OK : bad("wi is no direction");
 }
 
-snell_status snell_material_pdf(const snell_scene *s, snell_material_id id,
-                                const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *wi,
-                                float *pdf, size_t count) {
+snell_status snell_material_pdf(const snell_scene *s, snell_material_id id, const snell_vec2 *uv,
+                                snell_vec3 wo, const snell_vec3 *wi, float *pdf, size_t count) {
     view v;
     snell_status status = begin_view(s, id, uv, wo, wi, pdf, count, &v);
     if (status) return status;
@@ -90,9 +88,9 @@ static bool in_unit_cube(snell_vec3 u) {
     return u.x >= 0 && u.x < 1 && u.y >= 0 && u.y < 1 && u.z >= 0 && u.z < 1;
 }
 
-snell_status snell_material_sample(const snell_scene *s, snell_material_id id,
-                                   const snell_vec2 *uv, snell_vec3 wo, const snell_vec3 *u,
-                                   snell_scattering *out, size_t count) {
+snell_status snell_material_sample(const snell_scene *s, snell_material_id id, const snell_vec2 *uv,
+                                   snell_vec3 wo, const snell_vec3 *u, snell_scattering *out,
+                                   size_t count) {
     view v;
     snell_status status = begin_view(s, id, uv, wo, u, out, count, &v);
     if (status) return status;

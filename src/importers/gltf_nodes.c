@@ -296,8 +296,7 @@ static snell_status add_camera(gltf *g, size_t index) {
     snprintf(where, sizeof where, "nodes[%zu].camera", index);
     uint32_t made;
     status = description_add(g->d, CATEGORY_CAMERA, parallel ? "orthographic" : "perspective",
-                             params, 4,
-                             (object_source){name[0] ? name : NULL, g->path, 0}, &made);
+                             params, 4, (object_source){name[0] ? name : NULL, g->path, 0}, &made);
     return gltf_blame(g, where, status);
 }
 
@@ -341,8 +340,7 @@ static snell_status add_light(gltf *g, size_t index, size_t number) {
         {directional ? "irradiance" : "intensity", SNELL_PARAM_VEC3, {.v = strength}},
         {"at",
          SNELL_PARAM_VEC3,
-         {.v = vec3_from(
-              dvec3_add(position, dvec3_scale(forward, 1 + dvec3_length(position))))}},
+         {.v = vec3_from(dvec3_add(position, dvec3_scale(forward, 1 + dvec3_length(position))))}},
         {"cone", SNELL_PARAM_FLOAT, {.f = outer}},
         {"blend", SNELL_PARAM_FLOAT, {.f = outer - inner}}};
     uint32_t made;

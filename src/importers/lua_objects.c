@@ -150,9 +150,8 @@ static void make_sky(lua_State *L) {
                  (snell_param){.name = "irradiance",
                                .kind = SNELL_PARAM_VEC3,
                                .value.v = vec3_from(irradiance)});
-    append_param(
-        L, &disk,
-        (snell_param){.name = "angle", .kind = SNELL_PARAM_FLOAT, .value.f = SUN_ANGLE});
+    append_param(L, &disk,
+                 (snell_param){.name = "angle", .kind = SNELL_PARAM_FLOAT, .value.f = SUN_ANGLE});
     add_object(L, type_find(CATEGORY_LIGHT, "directional"), &disk, NULL);
 }
 

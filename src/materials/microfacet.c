@@ -211,8 +211,11 @@ static bool sample_cosine(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sampl
     return lobe_lambert.sample(l, b, n, wo, u, wi);
 }
 
-const lobe_type lobe_under = {
-    .class = LOBE_DIFFUSE, .matte = true, .evaluate = evaluate_under, .pdf = pdf_cosine, .sample = sample_cosine};
+const lobe_type lobe_under = {.class = LOBE_DIFFUSE,
+                              .matte = true,
+                              .evaluate = evaluate_under,
+                              .pdf = pdf_cosine,
+                              .sample = sample_cosine};
 
 /* ---- adding them to a bsdf ---- */
 

@@ -1,0 +1,155 @@
+/* What policies emit: light to the film, next rays, and shadow rays towards the lights. */
+#include "base/memory.h"
+#include "integrators/wave.h"
+
+void emit_radiance(wave *w, const path_ray *r, dvec3 radiance) {
+    if (radiance.x == 0 && radiance.y == 0 && radiance.z == 0) return;
+    film_block_add(w->film, r->pixel, dvec3_mul(dvec3_from(r->weight), radiance));
+}
+
+void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
+    emit_radiance(w, r, dvec3_add(b->emission, dvec3_mul(b->ambient, w->settings.scene->ambient)));
+}
+
+/* In a transparent picture the camera sees through to nothing, or to as much of the background as the
+ * scene's alpha says. */
+void emit_sky(wave *w, const path_ray *r, light_weight_fn *weight) {
+    const scene *s = w->settings.scene;
+    dvec3 d = dvec3_normalize(dvec3_from(r->ray.d)), radiance = {0, 0, 0};
+    bool sees_lights = false;
+    for (uint32_t i = 0; i < s->light_count; i++) {
+        if (!scene_light_is_seen(s, i, r->primary)) continue;
+        const light *l = &s->lights[i];
+        dvec3 here = l->type->radiance(l, d);
+        sees_lights |= l->type->irradiance != NULL; /* a disk in the sky is not all of it */
+        if (!(dvec3_largest(here) > 0)) continue;
+        radiance = dvec3_add(radiance, dvec3_scale(here, weight ? weight(w, r, i) : 1));
+    }
+    if (!sees_lights) radiance = dvec3_add(radiance, scene_background(s, dvec3_from(r->ray.d)));
+    if (r->primary && w->settings.transparent) {
+        double alpha = s->background_alpha < 1 ? s->background_alpha : 0;
+        film_block_add_alpha(w->film, r->pixel, (double)r->coverage * alpha);
+        radiance = dvec3_scale(radiance, alpha);
+    }
+    emit_radiance(w, r, radiance);
+}
+
+void emit_background(wave *w, const path_ray *r) { emit_sky(w, r, NULL); }
+
+static path_ray *push_ray(wave *w, const path_ray *child) {
+    if (!ARRAY_GROW(w->next, w->next_count, w->next_capacity, 1)) {
+        w->out_of_memory = true;
+        return NULL;
+    }
+    w->stats.rays[child->kind]++;
+    w->next[w->next_count] = *child;
+    return &w->next[w->next_count++];
+}
+
+/* min_weight only saves time: what it drops is counted. */
+static bool matters(wave *w, vec3 weight) {
+    double largest = (double)vec3_largest(weight);
+    if (w->settings.integrator->one_branch) return largest > 0; /* chance ends the path */
+    double brightest = double_max(1, w->settings.scene->brightest_background);
+    if (largest * brightest >= (double)w->settings.min_weight && largest > 0) return true;
+    w->stats.dropped_weight += fixed_from(largest, &w->stats.film_overflows);
+    return false;
+}
+
+path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
+                   const media *m, uint32_t slot, ray_kind kind) {
+    if (r->depth >= w->settings.max_depth) return NULL;
+    path_ray child = {.ray = scene_spawn_ray(p, d, INFINITY),
+                      .weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight)),
+                      .pixel = r->pixel,
+                      .sample = r->sample,
+                      .code = path_code_child(r->code, slot),
+                      .media = *m,
+                      .depth = (uint16_t)(r->depth + 1),
+                      .kind = (uint8_t)kind};
+    child.ray.time = r->ray.time;
+    return matters(w, child.weight) ? push_ray(w, &child) : NULL;
+}
+
+void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m) {
+    path_ray child = *r;
+    child.ray.after_t = from->t;
+    child.ray.after_instance = from->instance;
+    child.ray.after_primitive = from->primitive;
+    child.weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
+    child.media = *m;
+    child.kind = RAY_CONTINUED;
+    if (matters(w, child.weight)) push_ray(w, &child);
+}
+
+/* ---- direct light ---- */
+
+dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
+                      const light_sample *sample) {
+    dvec3 wi = dvec3_normalize(sample->to_light);
+    double cosine = dvec3_dot(p->ns, wi);
+    if (!(cosine * dvec3_dot(p->n, wi) > 0)) return (dvec3){0, 0, 0};
+    dvec3 f = bsdf_evaluate(b, lobes, p->ns, p->wo, wi);
+    return dvec3_scale(dvec3_mul(f, sample->light), fabs(cosine));
+}
+
+/* One sample of a light. */
+static void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                       lobe_set lobes, const light_sample *sample, bool casts_shadow) {
+    dvec3 radiance = light_reflected(p, b, lobes, sample);
+    if (sample->pdf > 0) radiance = dvec3_scale(radiance, 1 / sample->pdf);
+    if (casts_shadow)
+        emit_shadow_ray(w, r, p, sample, radiance);
+    else
+        emit_radiance(w, r, radiance);
+}
+
+/* Light from everywhere on matte lobes, with nothing in the way; they look as they do to light along
+ * the normal. */
+static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                            const light *l) {
+    double cosine = dvec3_dot(p->ns, p->wo);
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *part = &b->lobes[i];
+        if (!part->type->matte) continue;
+        dvec3 f = part->type->evaluate(part, b, p->ns, p->wo, p->ns);
+        sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, cosine, 1)));
+    }
+    emit_radiance(w, r, dvec3_mul(sum, l->type->irradiance(l, p->ns)));
+}
+
+static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                         lobe_set lobes, uint32_t light_index) {
+    const scene *s = w->settings.scene;
+    const light_type *type = scene_light_type(s, light_index);
+    if (type && type->irradiance) {
+        emit_irradiance(w, r, p, b, &s->lights[light_index]);
+        return;
+    }
+    uint32_t count = scene_light_center_count(s, light_index);
+    for (uint32_t k = 0; k < count; k++) {
+        light_sample sample;
+        if (scene_sample_light_center(s, light_index, k, p->p, wave_eye(w), r->ray.time, &sample))
+            emit_light(w, r, p, b, lobes, &sample, !type || type->casts_shadow);
+    }
+}
+
+static void emit_area(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                      lobe_set lobes, uint32_t light_index) {
+    const scene *s = w->settings.scene;
+    const light_type *type = scene_light_type(s, light_index);
+    light_sample sample;
+    sample2 u = wave_draw_child(w, r, light_index, SAMPLE_LIGHT);
+    if (!scene_sample_light(s, light_index, p->p, wave_eye(w), r->ray.time, u, &sample)) return;
+    if (sample.pdf > 0) lobes &= LOBES_DIFFUSE;
+    emit_light(w, r, p, b, lobes, &sample, !type || type->casts_shadow);
+}
+
+void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                       lobe_set lobes, light_places places) {
+    if (!bsdf_is_lit(b, lobes)) return;
+    uint32_t count = scene_light_count(w->settings.scene);
+    for (uint32_t i = 0; i < count; i++)
+        (places == LIGHT_CENTERS ? emit_centers : emit_area)(w, r, p, b, lobes, i);
+}

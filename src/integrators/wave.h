@@ -1,0 +1,45 @@
+/* Inside the wave loop: what its three parts share. wave.c keeps the rays going, emit.c is what
+ * policies emit, shadows.c tests what stands between a point and a light. */
+#ifndef SNELL_INTEGRATORS_WAVE_H
+#define SNELL_INTEGRATORS_WAVE_H
+
+#include "integrators/integrator.h"
+
+/* A shadow ray: what it adds to the film if light gets through. */
+typedef struct shadow_ray {
+    ray ray;
+    vec3 light; /* weighted */
+    uint32_t pixel;
+    double length; /* of ray.d, metres */
+    media media;
+} shadow_ray;
+
+struct wave {
+    wave_settings settings;
+    path_ray *pool; /* a stack: the newest rays are traced first, which bounds it */
+    size_t pool_count, pool_capacity;
+    path_ray *next; /* what the wave that is being traced emits */
+    size_t next_count, next_capacity;
+    shadow_ray *shadows;
+    size_t shadow_count; /* at most a wave: then they are tested */
+    /* what is being traced */
+    ray *rays;
+    hit *hits;
+    uint8_t *blocked;
+    film_block *film;
+    uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
+    media beyond;                              /* of the surface that a policy is asked about */
+    bool out_of_memory, stopped;
+    bool (*go_on)(void *user, const wave_stats *stats);
+    void *user;
+    wave_stats stats;
+};
+/* Adds to the film what gets through, and forgets the shadow rays. */
+void wave_test_shadows(wave *w);
+/* Progress and cancelling, after some work in the midst of a wave. */
+void wave_look_up(wave *w);
+/* A smooth face between media of one ior: light goes straight on, and in `path` that is no new
+ * direction. Of what is there in part, that is only true of what has entered. */
+bool wave_goes_straight_on(const bsdf *b);
+
+#endif
