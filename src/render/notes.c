@@ -9,11 +9,17 @@ static void note_ambient(const scene *s, const log_sink *log) {
               "path ignores ambient light: it finds what ambient stands for");
 }
 
+static bool is_used(const scene *s, uint32_t index) {
+    for (uint32_t i = 0; i < s->instance_count; i++)
+        if (s->instances[i].material == index) return true;
+    return false;
+}
+
 /* A tenth of a percent is what an estimate of 1024 samples may be off for what gains nothing. */
 static void note_gain(const description *d, const scene *s, const log_sink *log) {
     for (uint32_t i = 0; i < s->material_count; i++) {
         const material *m = &s->materials[i];
-        if (!m->type->may_gain) continue;
+        if (!m->type->may_gain || !is_used(s, i)) continue;
         double largest = 0;
         for (int k = 1; k <= 3; k++)
             largest = double_max(largest, material_albedo(m, s->textures, s->materials, k / 3.0));

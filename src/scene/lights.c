@@ -6,7 +6,9 @@
 #include "geometry/mesh.h"
 #include "maths/functions.h"
 
-/* A mesh light of many triangles is represented by so many points where it has one shadow ray each. */
+/* Where one shadow ray goes to the middle of each light, a light that has no one middle is
+ * represented by so many points: a mesh of more triangles, a shape that is seen from one side at a
+ * time (a box, a torus), a surface that does not shine evenly. */
 enum { CENTERS_MAX = 12 };
 
 /* ---- finding what shines ---- */
@@ -289,10 +291,24 @@ bool scene_sample_light(const scene *s, uint32_t index, dvec3 p, dvec3 eye, floa
     return true;
 }
 
+/* A flat shape shines from its middle, and so does one that is sampled as it is seen. */
+static bool has_middle(const scene *s, const scene_instance *at) {
+    bool seen_whole = at->type->flat || (at->similar && at->type->sample_toward);
+    return at->type->intersect == NULL || (seen_whole && !s->materials[at->material].textured);
+}
+
 uint32_t scene_light_center_count(const scene *s, uint32_t index) {
     if (index < s->light_count) return 1;
-    uint32_t count = surface_light(s, index)->emitter_count;
-    return count < CENTERS_MAX ? count : CENTERS_MAX;
+    const scene_instance *at = surface_light(s, index);
+    if (!has_middle(s, at)) return CENTERS_MAX;
+    return at->emitter_count < CENTERS_MAX ? at->emitter_count : CENTERS_MAX;
+}
+
+/* The k-th of `count` points spread over the unit square (Hammersley). */
+static sample2 spread_point(uint32_t k, uint32_t count) {
+    double y = 0x1p-5, digit = 0.5;
+    for (uint32_t rest = k; rest; rest /= 2, digit /= 2) y += digit * (rest & 1);
+    return (sample2){(k + 0.5) / count, y};
 }
 
 bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3 p, dvec3 eye,
@@ -300,7 +316,14 @@ bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3
     const sample2 middle = {0.5, 0.5};
     if (index < s->light_count) return scene_sample_light(s, index, p, eye, time, middle, out);
     const scene_instance *at = surface_light(s, index);
-    uint32_t count = scene_light_center_count(s, index), e = at->first_emitter + k;
+    uint32_t count = scene_light_center_count(s, index);
+    if (!has_middle(s, at)) {
+        sample2 place = spread_point(k, count);
+        if (!sample_emitter(s, &s->emitters[at->first_emitter], p, time, place, out)) return false;
+        out->pdf *= count;
+        return true;
+    }
+    uint32_t e = at->first_emitter + k;
     double chance = 1; /* few: each is its own representative */
     if (at->emitter_count > CENTERS_MAX) {
         double u = (k + 0.5) / count;

@@ -22,8 +22,8 @@ uint32_t scene_light_count(const scene *s);
  * the ray's. */
 bool scene_sample_light(const scene *s, uint32_t index, dvec3 p, dvec3 eye, float time, sample2 u,
                         light_sample *out);
-/* Of a surface light, the k-th of `count` representatives: its middle, or for a mesh points spread
- * over it. Each stands for its part; their sum is the light. */
+/* Of a surface light, the k-th of `count` representatives: its middle, or points spread over it where
+ * no one point stands for it. Each stands for its part; their sum is the light. */
 bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3 p, dvec3 eye,
                                float time, light_sample *out);
 uint32_t scene_light_center_count(const scene *s, uint32_t index);
