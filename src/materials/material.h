@@ -97,6 +97,12 @@ struct material {
     bool bends;        /* has a normal map or bump: the shading normal is not the shape's */
 };
 
+/* Stops every shadow ray. What goes on straight through it all the same, in `path`, finds what no
+ * sample of a light could. */
+static inline bool material_casts_full_shadow(const material *m) {
+    return ((const material_common *)m->desc)->shadow == SHADOW_OPAQUE;
+}
+
 /* The whole bsdf: common fields and lobes. */
 void material_evaluate(const material *m, const material_point *point, bsdf *out);
 /* The radiance that it sends out at the point; 0 from the inside, unless emit_two_sided. */
