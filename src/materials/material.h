@@ -16,7 +16,7 @@
       "opacity: 0 lets rays pass as if nothing were there")                                        \
     F(T, alpha_cutoff, FLOAT, DEFAULT(0), RANGE(0, 2), "", "above 0: alpha below it is 0, else 1") \
     F(T, shadow, CHOICE, DEFAULT(0), CHOICES("filter|opaque|none"), "",                            \
-      "filter: glass and alpha let light through")                                                 \
+      "filter: glass and alpha let light through; in path for points and directions alone")        \
     F(T, normal_map, TEXTURE, NO_DEFAULT, ANY, "",                                                 \
       "tangent-space normals as colours, linear: red along u, green along v, blue out")            \
     F(T, normal_scale, SCALAR, DEFAULT(1), ANY, "", "multiplies the slope of normal_map")          \
