@@ -382,11 +382,13 @@ static void add_card_between(double alpha, int32_t shadow) {
     add_quad(&bench, v3(-0.3, 0.3, -0.5), v3(1, 0, 0), v3(0, 0, 1), id);
 }
 
-/* Glass as thin as air: nothing is refracted, so a light behind it can be met and sampled. */
-static void add_gas_between(double alpha) {
+/* Of the ior 1, glass as thin as air: nothing is refracted, so a light behind it can be met and
+ * sampled. */
+static void add_glass_between(double ior, double alpha, int32_t shadow) {
     snell_dielectric_desc desc = SNELL_INIT(dielectric_desc);
     snell_material_id id;
-    desc.ior = 1;
+    desc.ior = (float)ior;
+    desc.shadow = shadow;
     desc.absorption = v3(1, 0.5, 0);
     desc.color = flat(grey(0.9));
     desc.alpha = flat(grey(alpha));
@@ -395,24 +397,29 @@ static void add_gas_between(double alpha) {
 }
 
 /* A window pane, without an inside. */
-static void add_pane_between(double roughness) {
+static void add_pane_between(double roughness, int32_t shadow) {
+    static const char *const words[] = {"filter", "opaque", "none"};
     snell_material_id id;
-    const snell_param params[] = {number_of("transmission", 1), number_of("roughness", roughness)};
-    MUST(snell_scene_add_material(bench.scene, "principled", params, 2, &id));
+    const snell_param params[] = {
+        number_of("transmission", 1),
+        number_of("roughness", roughness),
+        {.name = "shadow", .kind = SNELL_PARAM_STRING, .value.s = words[shadow]}};
+    MUST(snell_scene_add_material(bench.scene, "principled", params, 3, &id));
     add_quad(&bench, v3(-0.8, 0.3, -0.8), v3(1.6, 0, 0), v3(0, 0, 1.6), id);
 }
 
-static void build_between(int what) {
+static void build_between(int what, int32_t shadow) {
     rig_clear(&bench);
     for (size_t i = 0; i < lights.count; i++)
         if (strcmp(lights.rows[i].type, "disk") == 0 ||
             strcmp(lights.rows[i].what, "constant") == 0)
             build_light(&lights.rows[i]);
-    if (what == 0) add_card_between(0.5, SNELL_LAMBERT_SHADOW_FILTER);
-    if (what == 1) add_gas_between(1);
-    if (what == 2) add_gas_between(0.4);
-    if (what == 4) add_pane_between(0);
-    if (what == 5) add_pane_between(0.5);
+    if (what == 0) add_card_between(0.5, shadow);
+    if (what == 1) add_glass_between(1, 1, shadow);
+    if (what == 2) add_glass_between(1, 0.4, shadow);
+    if (what == 4) add_pane_between(0, shadow);
+    if (what == 5) add_pane_between(0.5, shadow);
+    if (what == 6) add_glass_between(1.5, 1, shadow);
     if (what == 3) { /* a ball that is half there: a quarter passes */
         add_sphere(&bench, v3(0.1, 0.4, 0), 0.3, add_card(&bench, grey(0), 0.5));
     }
@@ -423,7 +430,7 @@ static void light_passes_once(void **state) {
     static const char *const names[] = {"a card", "gas",    "thin gas",
                                         "a ball", "a pane", "frosted glass"};
     for (int what = 0; what < 6; what++) {
-        build_between(what);
+        build_between(what, SNELL_LAMBERT_SHADOW_FILTER);
         add_plane(&bench, origin, v3(0, 1, 0), add_lambert(&bench, grey(0.8)));
         MUST(snell_scene_commit(bench.scene, NULL, NULL));
         enum { DEPTH = 12 }; /* where next to nothing is left of what goes to and fro */
@@ -440,6 +447,26 @@ static void light_passes_once(void **state) {
         for (int k = 0; k < 3; k++)
             family_check_same(&agreement, name, &got.channel[k], &expected.channel[k]);
     }
+}
+
+/* What shadow rays are told of a surface adds nothing to what paths meet, and takes nothing from it:
+ * light through glass without a shadow was counted twice, through a card of full shadow in part. */
+static void shadow_words_change_no_area_light(void **state) {
+    (void)state;
+    for (int32_t shadow = SNELL_LAMBERT_SHADOW_OPAQUE; shadow <= SNELL_LAMBERT_SHADOW_NONE;
+         shadow++)
+        for (int what = 0; what <= 6; what++) {
+            if (what == 3) continue; /* its card is as the first */
+            build_between(what, shadow);
+            add_plane(&bench, origin, v3(0, 1, 0), add_lambert(&bench, grey(0.8)));
+            MUST(snell_scene_commit(bench.scene, NULL, NULL));
+            estimate expected = estimate_policy(&bench, &only_material_deep, eye, origin, 12, 512);
+            estimate got = estimate_light(&bench, SNELL_PATH, eye, origin, 12, 256);
+            char name[80];
+            snprintf(name, sizeof name, "between %d, shadow %d", what, (int)shadow);
+            for (int k = 0; k < 3; k++)
+                family_check_same(&agreement, name, &got.channel[k], &expected.channel[k]);
+        }
 }
 
 /* The older integrators ask each light of a mesh at so many points, which are one light together:
@@ -494,6 +521,7 @@ int main(void) {
         cmocka_unit_test(every_shape_shines),
         cmocka_unit_test(all_lights_together),
         cmocka_unit_test(light_passes_once),
+        cmocka_unit_test(shadow_words_change_no_area_light),
         cmocka_unit_test(centers_are_one_light),
         cmocka_unit_test(all_agree),
     };

@@ -672,7 +672,7 @@ typedef struct snell_lambert_desc { /* matte: R / pi */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -708,7 +708,7 @@ typedef struct snell_phong_desc { /* matte with a highlight about r */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -750,7 +750,7 @@ typedef struct snell_blinn_phong_desc { /* matte with a highlight, the modified 
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -792,7 +792,7 @@ typedef struct snell_mirror_desc { /* a perfect mirror */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -828,7 +828,7 @@ typedef struct snell_partial_mirror_desc { /* between matte and mirror */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -868,7 +868,7 @@ typedef struct snell_glazed_desc { /* a mirror coat over another material */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -906,7 +906,7 @@ typedef struct snell_dielectric_desc { /* glass, water: reflects and refracts */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -953,7 +953,7 @@ typedef struct snell_conductor_desc { /* metal, smooth or rough */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -993,7 +993,7 @@ typedef struct snell_cook_torrance_desc { /* matte under Beckmann facets, as in 
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -1039,7 +1039,7 @@ typedef struct snell_ggx_desc { /* matte under a rough clear coat */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -1081,7 +1081,7 @@ typedef struct snell_principled_desc { /* the glTF 2.0 model: metal, plastic, gl
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -1144,7 +1144,7 @@ typedef struct snell_emissive_desc { /* a lamp: black, and it shines */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */
@@ -1180,7 +1180,7 @@ typedef struct snell_mix_desc { /* a blend of two materials */
     snell_vec3 ambient; /* k_a: how much of the scene's ambient light it shows; >= 0 */
     snell_input alpha; /* opacity: 0 lets rays pass as if nothing were there; 0 to 1 */
     float alpha_cutoff; /* above 0: alpha below it is 0, else 1; 0 to 2 */
-    int32_t shadow; /* filter: glass and alpha let light through */
+    int32_t shadow; /* filter: glass and alpha let light through; in path for points and directions alone */
     snell_texture_id normal_map; /* tangent-space normals as colours, linear: red along u, green along v, blue out */
     snell_input normal_scale; /* multiplies the slope of normal_map */
     snell_input bump; /* a height whose slopes bend the shading normal; m */

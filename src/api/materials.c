@@ -41,8 +41,10 @@ static snell_status begin_view(const snell_scene *s, snell_material_id id, const
     point.at.has_uv = true;
     point.at.n = (dvec3){0, 0, 1};
     if (uv) point.at.u = (double)uv->x, point.at.v = (double)uv->y;
+    unsigned saved = floatenv_enter();
     material_evaluate(&frozen->materials[id.index1 - 1], &point, &v->b);
     v->wo = dvec3_normalize(dvec3_from(wo));
+    floatenv_leave(saved);
     v->n = (dvec3){0, 0, point.outside ? 1 : -1};
     return SNELL_OK;
 }

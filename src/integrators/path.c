@@ -93,7 +93,8 @@ static void go_on(wave *w, const path_ray *r, const shade_point *p, const bsdf *
                                next.transmitted ? wave_beyond(w) : &r->media, next.transmitted,
                                next.transmitted ? RAY_REFRACTED : RAY_REFLECTED);
     if (child == NULL) return;
-    if (p->material->thin && next.transmitted && !(next.pdf > 0)) {
+    if (p->material->thin && next.transmitted && !(next.pdf > 0) &&
+        !material_casts_full_shadow(p->material)) {
         /* Straight on, as shadow rays go too: what it meets, light sampling could have found. */
         child->drawn_pdf = r->drawn_pdf;
         child->drawn_n = r->drawn_n;

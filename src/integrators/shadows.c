@@ -5,7 +5,8 @@
 enum { FILTER_STEPS_MAX = 10000 };
 
 /* What shadow rays pass as if it were not there does not absorb them either. */
-static media media_for_shadows(const media *m, const scene *s) {
+static media media_for_shadows(const media *m, const scene *s, bool met) {
+    if (met) return *m;
     media seen = {0};
     for (uint32_t i = 0; i < m->count; i++) {
         const material *of = &s->materials[s->instances[m->instances[i]].medium_material];
@@ -21,12 +22,14 @@ void emit_shadow_ray(wave *w, const path_ray *r, const shade_point *p, const lig
     if (!(vec3_largest(carried) > 0)) return;
     if (w->shadow_count == w->settings.wave_size) wave_test_shadows(w);
     const media *m = dvec3_dot(p->n, from->to_light) > 0 ? &r->media : &w->beyond;
+    bool met = w->settings.integrator->one_branch && from->pdf > 0;
     /* From the surface to the light: t = 1 is the light itself. */
     shadow_ray *s = &w->shadows[w->shadow_count++];
     *s = (shadow_ray){.ray = scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1),
                       .light = carried,
                       .pixel = r->pixel,
-                      .media = media_for_shadows(m, w->settings.scene)};
+                      .met = met,
+                      .media = media_for_shadows(m, w->settings.scene, met)};
     if (!from->infinite) {
         dvec3 end = dvec3_add(p->p, from->to_end);
         s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
@@ -61,10 +64,10 @@ static dvec3 path_filter(const scene *s, const shade_point *p, double alpha, med
  * its colour. The angle of a straight ray counts as that in the rarer medium, at both faces: then a
  * pane lets through exactly what Fresnel's formulas say (light that leaves it again is never
  * totally reflected), and a ball does not cast a ring of false total reflection. */
-static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
+static dvec3 surface_filter(wave *w, const shade_point *p, bool met, media *m) {
     const scene *s = w->settings.scene;
     const material_common *common = p->material->desc;
-    if (common->shadow == SHADOW_NONE) return (dvec3){1, 1, 1};
+    if (common->shadow == SHADOW_NONE && !met) return (dvec3){1, 1, 1};
     if (common->shadow == SHADOW_OPAQUE) return (dvec3){0, 0, 0};
     double alpha = material_alpha(p->material, &p->at), through = 1 - alpha;
     if (!(alpha > 0)) return (dvec3){1, 1, 1}; /* nothing is there, nor behind it */
@@ -92,12 +95,13 @@ static dvec3 surface_filter(wave *w, const shade_point *p, media *m) {
 }
 
 /* Walks through everything that filters; in appel and whitted light goes straight on through glass.
- */
+ * Light that a path may meet by itself has to pass what casts no shadow too: else it would count
+ * through it as a shadow ray, and again, or not at all, as what the path meets. */
 static dvec3 shadow_filter(wave *w, shadow_ray *r) {
     const scene *s = w->settings.scene;
     dvec3 through = {1, 1, 1};
     double from = 0;
-    r->ray.mask = MASK_FILTER;
+    r->ray.mask = MASK_FILTER | (r->met ? MASK_NO_SHADOW : 0u);
     for (int step = 0; step < FILTER_STEPS_MAX; step++) {
         hit h;
         accel_trace(s->accel, w->settings.isa, &r->ray, &h, 1, &w->stats.counters);
@@ -106,7 +110,7 @@ static dvec3 shadow_filter(wave *w, shadow_ray *r) {
         if (h.instance == NO_ID) return through;
         shade_point p;
         scene_shade_point(s, &r->ray, &h, &p);
-        through = dvec3_mul(through, surface_filter(w, &p, &r->media));
+        through = dvec3_mul(through, surface_filter(w, &p, r->met, &r->media));
         if (!(dvec3_largest(through) > 0)) return through;
         from = end;
         r->ray.after_t = h.t;
@@ -132,7 +136,7 @@ void wave_test_shadows(wave *w) {
     for (size_t i = 0; i < w->shadow_count && !w->stopped; i++) {
         if (w->blocked[i]) continue;
         dvec3 arriving = dvec3_from(shadows[i].light);
-        if (s->has_filters) {
+        if (s->has_filters || (shadows[i].met && s->has_unshadowing)) {
             arriving = dvec3_mul(arriving, shadow_filter(w, &shadows[i]));
             if (i % WALKS_BETWEEN_LOOKS == WALKS_BETWEEN_LOOKS - 1) wave_look_up(w);
         }

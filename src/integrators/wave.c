@@ -113,6 +113,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     bool hidden = cross_interface(w, r, &p, &b, &w->beyond);
     if (b.alpha < 1 && w->settings.integrator->one_branch) {
         if (!is_there(w, r, h, b.alpha)) {
+            if (material_casts_full_shadow(p.material)) r->drawn_pdf = 0;
             emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
             return;
         }
@@ -136,6 +137,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     w->settings.integrator->hit(w, r, &p, &b);
     if (straight) {
         r->primary = false; /* the surface has covered the pixel, as one that refracts has */
+        if (material_casts_full_shadow(p.material)) r->drawn_pdf = 0;
         emit_continued(w, r, h, b.lobes[0].weight, &w->beyond);
     }
     /* It hides nothing from shadow rays, so not from these either: its light comes on top. */

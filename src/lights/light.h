@@ -5,7 +5,7 @@
  *   - from far away, over many directions (environment, sky, directional with an angle): a ray that
  *     leaves the scene meets it;
  *   - from a surface (quad, disk, sphere): the light only says which shape shines, and the scene
- *     makes that shape (scene/emitters.h), as it does for every shape of a material that shines. */
+ *     makes that shape (scene/scene.c), as it does for every shape of a material that shines. */
 #ifndef SNELL_LIGHTS_LIGHT_H
 #define SNELL_LIGHTS_LIGHT_H
 

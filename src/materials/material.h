@@ -16,7 +16,7 @@
       "opacity: 0 lets rays pass as if nothing were there")                                        \
     F(T, alpha_cutoff, FLOAT, DEFAULT(0), RANGE(0, 2), "", "above 0: alpha below it is 0, else 1") \
     F(T, shadow, CHOICE, DEFAULT(0), CHOICES("filter|opaque|none"), "",                            \
-      "filter: glass and alpha let light through")                                                 \
+      "filter: glass and alpha let light through; in path for points and directions alone")        \
     F(T, normal_map, TEXTURE, NO_DEFAULT, ANY, "",                                                 \
       "tangent-space normals as colours, linear: red along u, green along v, blue out")            \
     F(T, normal_scale, SCALAR, DEFAULT(1), ANY, "", "multiplies the slope of normal_map")          \
@@ -96,6 +96,12 @@ struct material {
     bool shines;       /* has emission somewhere */
     bool bends;        /* has a normal map or bump: the shading normal is not the shape's */
 };
+
+/* Stops every shadow ray. What goes on straight through it all the same, in `path`, finds what no
+ * sample of a light could. */
+static inline bool material_casts_full_shadow(const material *m) {
+    return ((const material_common *)m->desc)->shadow == SHADOW_OPAQUE;
+}
 
 /* The whole bsdf: common fields and lobes. */
 void material_evaluate(const material *m, const material_point *point, bsdf *out);

@@ -267,6 +267,7 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
                                       .to_local = at->to_local,
                                       .moves = at->moves};
         s->has_filters |= out[count].mask == MASK_FILTER || at->has_medium;
+        s->has_unshadowing |= out[count].mask == MASK_NO_SHADOW;
         s->has_media |= at->has_medium;
         s->instance_ids[count++] = (uint32_t)i;
     }

@@ -80,6 +80,7 @@ typedef struct scene {
     double background_alpha;
     double brightest_background; /* its largest component anywhere */
     bool has_filters;            /* some shadow rays pass through surfaces */
+    bool has_unshadowing;        /* something casts no shadow */
     bool has_media;
     bool needs_footprint; /* some texture is filtered: rays carry differentials */
 } scene;
@@ -96,9 +97,9 @@ dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 
 /* When a camera's shutter opens and closes, in seconds on the scene's clock. */
 void scene_shutter(const description *d, const camera_common *camera, double out[2]);
-/* Where the instance is at the time. */
 /* The instance as it stands at a time: itself, or where it moves *moved, made from it. */
 const scene_instance *scene_posed(const scene_instance *at, float time, scene_instance *moved);
+/* Where the instance is at the time. */
 transform scene_instance_transform(const scene *s, uint32_t index, float time);
 
 /* Everything about a hit that shading needs, in the world. */
