@@ -68,7 +68,7 @@ const option_info option_table[] = {
      RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
     {OPT_SAMPLES, "spp", 0, "N", NULL, "as --samples", RENDERING, CMD_RENDER,
      OPTION_PICTURE | OPTION_HIDDEN, NULL, false},
-    {OPT_MAX_DEPTH, "max-depth", 0, "N", "scene, 10; 24 with glass",
+    {OPT_MAX_DEPTH, "max-depth", 0, "N", "scene, by integrator",
      "camera ray 0, each bounce one more", RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
     {OPT_MAX_DEPTH, "depth", 0, "N", NULL, "as --max-depth", RENDERING, CMD_RENDER,
      OPTION_PICTURE | OPTION_HIDDEN, NULL, false},

@@ -208,6 +208,11 @@ static snell_status render_with(const snell_scene *s, const snell_render_desc *r
         .user = r->user};
     keep_look(s, out);
     status = render_film(&options, s->context->pool, &out->film, &out->stats);
+    if (out->stats.film_overflows > 0)
+        log_write(&s->context->log, SNELL_WARNING, (source_place){0},
+                  "lights and emission should be under 1e13",
+                  "%llu times light was too bright to count: it is missing from the picture",
+                  (unsigned long long)out->stats.film_overflows);
     pixel_filter_free(&filter);
     motion_free(&moved);
     return status;

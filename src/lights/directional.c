@@ -29,11 +29,18 @@ static dvec3 disk_radiance(const directional_desc *l) {
     return dvec3_scale(dvec3_from(l->irradiance), 1 / (PI * s * s));
 }
 
+static bool middle(const light *l, light_sample *out) {
+    const directional_desc *desc = l->desc;
+    dvec3 d = towards(desc);
+    *out = (light_sample){d, d, true, dvec3_from(desc->irradiance), 0};
+    return true;
+}
+
 static bool sample(const light *l, dvec3 p, dvec3 eye, sample2 u, light_sample *out) {
     (void)p, (void)eye;
     const directional_desc *desc = l->desc;
     dvec3 d = towards(desc);
-    *out = (light_sample){d, d, true, dvec3_from(desc->irradiance), 0};
+    middle(l, out);
     if (!(desc->angle > 0)) return true;
     double height = disk_height(desc);
     out->to_light = out->to_end = dvec3_normalize(dvec3_from_frame(d, warp_cone(u, height)));
@@ -66,6 +73,7 @@ static bool is_visible(const void *desc) { return ((const directional_desc *)des
 const light_type light_directional = {
     .info = TYPE_INFO(CATEGORY_LIGHT, directional, "directional", "parallel light from far away"),
     .sample = sample,
+    .middle = middle,
     .radiance = radiance,
     .pdf = pdf,
     .power = power,

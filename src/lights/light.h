@@ -44,6 +44,8 @@ typedef struct light_type {
     /* One direction in which light arrives at p; u in [0,1)^2, and (.5, .5) is the middle of the
      * light. false: none does. eye: the camera's position. */
     bool (*sample)(const light *l, dvec3 p, dvec3 eye, sample2 u, light_sample *out);
+    /* The same from the middle alone, standing for the whole light; NULL: `sample` at (.5, .5). */
+    bool (*middle)(const light *l, light_sample *out);
     /* Lights that a leaving ray meets: the radiance that comes from direction d (unit), and the
      * density with which `sample` draws d. NULL: no ray meets it. */
     dvec3 (*radiance)(const light *l, dvec3 d);

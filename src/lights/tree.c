@@ -86,7 +86,7 @@ static double importance(const light_bounds *b, dvec3 p, dvec3 n) {
     dvec3 center = dvec3_scale(dvec3_add(b->low, b->high), 0.5);
     dvec3 half = dvec3_scale(dvec3_sub(b->high, b->low), 0.5), offset = dvec3_sub(p, center);
     double radius2 = dvec3_dot(half, half), distance2 = dvec3_dot(offset, offset);
-    double near2 = double_max(distance2, sqrt(radius2)); /* inside, do not grow without bound */
+    double near2 = double_max(distance2, radius2); /* inside, do not grow without bound */
     if (!(near2 > 0)) return b->power;
     dvec3 wi = dvec3_normalize(offset);
     double cosine = dvec3_dot(b->axis, wi);

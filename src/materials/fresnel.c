@@ -12,6 +12,7 @@ double fresnel_dielectric(double cos1, double ior1, double ior2) {
 /* Snell's law with a complex index leaves a complex cosine (a + i b) n; a^2 + b^2 and a follow from
  * the index alone (Born and Wolf, Principles of Optics, 14.2). */
 double fresnel_conductor(double cosine, double eta, double k) {
+    if (!(cosine > 0)) return 1;
     double cos2 = cosine * cosine, sin2 = 1 - cos2;
     double difference = eta * eta - k * k - sin2;
     double sum = sqrt(difference * difference + 4 * eta * eta * k * k); /* a^2 + b^2 */

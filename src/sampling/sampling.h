@@ -12,10 +12,9 @@ typedef enum sample_purpose {
     SAMPLE_TIME,         /* the moment between shutter open and close */
     SAMPLE_LIGHT_CHOICE, /* which light */
     SAMPLE_LIGHT,        /* the place on it */
-    SAMPLE_LOBE,         /* which part of a material */
+    SAMPLE_LOBE,         /* which part of a material; does the path go on? */
     SAMPLE_DIRECTION,    /* where it scatters to */
-    SAMPLE_ROULETTE,     /* does the path go on? */
-    SAMPLE_ALPHA         /* is there a surface, where it is there in part? */
+    SAMPLE_ALPHA = 9     /* is there a surface, where it is there in part? */
 } sample_purpose;
 
 /* A bijective mix of 64 bits (the finaliser of SplitMix64: Steele, Lea, Flood, OOPSLA 2014). */

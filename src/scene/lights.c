@@ -314,7 +314,10 @@ static sample2 spread_point(uint32_t k, uint32_t count) {
 bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3 p, dvec3 eye,
                                float time, light_sample *out) {
     const sample2 middle = {0.5, 0.5};
-    if (index < s->light_count) return scene_sample_light(s, index, p, eye, time, middle, out);
+    if (index < s->light_count) {
+        const light *l = &s->lights[index];
+        return l->type->middle ? l->type->middle(l, out) : l->type->sample(l, p, eye, middle, out);
+    }
     const scene_instance *at = surface_light(s, index);
     uint32_t count = scene_light_center_count(s, index);
     if (!has_middle(s, at)) {
