@@ -44,16 +44,15 @@ static bool intersect(const void *desc, const local_ray *beam, hit *found) {
 }
 
 /* The point in the direction n (unit) from the centre. */
-static surface surface_at(const sphere_desc *sphere, dvec3 n) {
+static void surface_at(const sphere_desc *sphere, dvec3 n, surface *out) {
     dvec3 center = dvec3_from(sphere->center);
     double r = sphere->radius;
     dvec3 p = dvec3_add(center, dvec3_scale(n, r));
     /* From an origin near p every term of the quadratic is at most r^2 and relatively exact to a
      * few roundings; so is the centre's subtraction. */
     double size = r + fabs(center.x) + fabs(center.y) + fabs(center.z);
-    surface made = surface_make(p, n, 16 * DOUBLE_EPSILON * size + surface_shift_error(p, 1 / r));
-    made.curvature = 1 / r;
-    return made;
+    *out = surface_make(p, n, 16 * DOUBLE_EPSILON * size + surface_shift_error(p, 1 / r));
+    out->curvature = 1 / r;
 }
 
 /* The roots are solved again in double: the float t of a far ray would move the point sideways. */
@@ -66,7 +65,7 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
     dvec3 from_center = dvec3_sub(dvec3_add(dvec3_from(beam->o), dvec3_scale(d, t)), center);
     dvec3 n = dvec3_normalize(from_center);
     if (!(dvec3_dot(n, n) > 0)) n = (dvec3){0, 1, 0};
-    *out = surface_at(sphere, n);
+    surface_at(sphere, n, out);
 }
 
 static void parametrise(const void *desc, surface *s) {
@@ -98,7 +97,7 @@ static void sample_area(const void *desc, uint32_t primitive, double u, double v
     (void)primitive;
     double y = 1 - 2 * u, ring = sqrt(4 * u * (1 - u)), angle = 2 * PI * v;
     dvec3 n = dvec3_normalize((dvec3){ring * fn_sin(angle), y, ring * fn_cos(angle)});
-    *out = surface_at(desc, n);
+    surface_at(desc, n, out);
 }
 
 /* The cone that the sphere fills at `from`: the squared sine of its half-angle and 1 - the cosine,
@@ -133,7 +132,7 @@ static bool sample_toward(const void *desc, dvec3 from, double u, double v, surf
     dvec3_frame(axis, &along, &across);
     dvec3 side = dvec3_add(dvec3_scale(along, disk.cosine), dvec3_scale(across, disk.sine));
     dvec3 n = dvec3_add(dvec3_scale(axis, cos_alpha), dvec3_scale(side, sin_alpha));
-    *out = surface_at(sphere, dvec3_normalize(n));
+    surface_at(sphere, dvec3_normalize(n), out);
     *pdf_solid_angle = 1 / (2 * PI * width);
     return true;
 }

@@ -36,13 +36,13 @@ void emit_sky(wave *w, const path_ray *r, light_weight_fn *weight) {
 
 void emit_background(wave *w, const path_ray *r) { emit_sky(w, r, NULL); }
 
-static path_ray *push_ray(wave *w, const path_ray *child) {
+/* Room for one more ray, which the caller fills; NULL without memory. */
+static path_ray *push_ray(wave *w, ray_kind kind) {
     if (!ARRAY_GROW(w->next, w->next_count, w->next_capacity, 1)) {
         w->out_of_memory = true;
         return NULL;
     }
-    w->stats.rays[child->kind]++;
-    w->next[w->next_count] = *child;
+    w->stats.rays[kind]++;
     return &w->next[w->next_count++];
 }
 
@@ -59,27 +59,36 @@ static bool matters(wave *w, vec3 weight) {
 path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
                    const media *m, uint32_t slot, ray_kind kind) {
     if (r->depth >= w->settings.max_depth) return NULL;
-    path_ray child = {.ray = scene_spawn_ray(p, d, INFINITY),
-                      .weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight)),
-                      .pixel = r->pixel,
-                      .sample = r->sample,
-                      .code = path_code_child(r->code, slot),
-                      .media = *m,
-                      .depth = (uint16_t)(r->depth + 1),
-                      .kind = (uint8_t)kind};
-    child.ray.time = r->ray.time;
-    return matters(w, child.weight) ? push_ray(w, &child) : NULL;
+    vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
+    path_ray *child = matters(w, carried) ? push_ray(w, kind) : NULL;
+    if (child == NULL) return NULL;
+    /* In place, since rays are large and many. */
+    child->ray = scene_spawn_ray(p, d, INFINITY);
+    child->ray.time = r->ray.time;
+    child->weight = carried;
+    child->pixel = r->pixel;
+    child->sample = r->sample;
+    child->code = path_code_child(r->code, slot);
+    child->media = *m;
+    child->depth = (uint16_t)(r->depth + 1);
+    child->kind = (uint8_t)kind;
+    child->primary = child->has_differential = false;
+    child->coverage = child->drawn_pdf = 0;
+    child->drawn_n = child->drawn_from = (vec3){0, 0, 0};
+    return child;
 }
 
 void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m) {
-    path_ray child = *r;
-    child.ray.after_t = from->t;
-    child.ray.after_instance = from->instance;
-    child.ray.after_primitive = from->primitive;
-    child.weight = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
-    child.media = *m;
-    child.kind = RAY_CONTINUED;
-    if (matters(w, child.weight)) push_ray(w, &child);
+    vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
+    path_ray *child = matters(w, carried) ? push_ray(w, RAY_CONTINUED) : NULL;
+    if (child == NULL) return;
+    *child = *r;
+    child->ray.after_t = from->t;
+    child->ray.after_instance = from->instance;
+    child->ray.after_primitive = from->primitive;
+    child->weight = carried;
+    child->media = *m;
+    child->kind = RAY_CONTINUED;
 }
 
 /* ---- direct light ---- */

@@ -454,40 +454,39 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
     const scene_instance *at = scene_posed(&s->instances[id], time, &moved);
     if (at->type->parametrise && s->materials[at->material].textured)
         at->type->parametrise(at->shape, on);
-    surface here = *on;
-    dvec3 local = here.p, local_n = here.n, local_u = here.dpdu, local_v = here.dpdv;
-    if (!at->identity) surface_to_world(&here, &at->to_world, &at->to_local);
+    dvec3 local = on->p, local_n = on->n, local_u = on->dpdu, local_v = on->dpdv;
+    if (!at->identity) surface_to_world(on, &at->to_world, &at->to_local);
     uint32_t index = at->material;
     bool has_uv = true;
     if (at->type->intersect == NULL) {
         const mesh_desc *mesh = at->shape;
-        if (mesh->material_slots_count) index = mesh->materials[here.material_slot].index1 - 1;
+        if (mesh->material_slots_count) index = mesh->materials[on->material_slot].index1 - 1;
         has_uv = mesh->uvs_count != 0;
     }
-    bool outside = dvec3_dot(here.n, wo) >= 0;
-    *out = (shade_point){.p = here.p,
+    bool outside = dvec3_dot(on->n, wo) >= 0;
+    *out = (shade_point){.p = on->p,
                          .wo = wo,
-                         .n = outside ? here.n : dvec3_negate(here.n),
-                         .ns = outside ? here.ns : dvec3_negate(here.ns),
+                         .n = outside ? on->n : dvec3_negate(on->n),
+                         .ns = outside ? on->ns : dvec3_negate(on->ns),
                          .outside = outside,
-                         .clearance = here.error,
+                         .clearance = on->error,
                          .instance = id,
                          .primitive = primitive,
                          .time = time,
                          .flat = at->type->flat,
                          .material = &s->materials[index],
-                         .dpdu = here.dpdu,
-                         .dpdv = here.dpdv,
-                         .curvature = here.curvature,
-                         .at = {.at = {.u = here.u,
-                                       .v = here.v,
+                         .dpdu = on->dpdu,
+                         .dpdv = on->dpdv,
+                         .curvature = on->curvature,
+                         .at = {.at = {.u = on->u,
+                                       .v = on->v,
                                        .has_uv = has_uv && !at->type->unbounded,
                                        .local = local,
                                        .n = local_n,
                                        .dpdu = local_u,
                                        .dpdv = local_v},
-                                .tint = here.tint,
-                                .alpha = here.alpha,
+                                .tint = on->tint,
+                                .alpha = on->alpha,
                                 .outside = outside,
                                 .textures = s->textures,
                                 .materials = s->materials}};

@@ -123,7 +123,8 @@ typedef struct shade_point {
 } shade_point;
 
 void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *out);
-/* The same for a point `on` an instance's surface, in its own space, seen from direction wo (unit). */
+/* The same for a point `on` an instance's surface, in its own space, seen from direction wo (unit);
+ * afterwards `on` is in the world. */
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out);
 /* shading.c: where rays carry differentials, the footprint of the hit, in *point and for its
