@@ -42,6 +42,19 @@ typedef struct surface {
     uint32_t material_slot; /* material index of the triangle; 0 */
 } surface;
 
+/* Where the whole line of a ray crosses a closed shape's surface; u, v and primitive as `intersect`
+ * sets them in a hit. t may be negative or infinite: a half-space begins or ends there. */
+typedef struct surface_crossing {
+    double t;
+    float u, v;
+    uint32_t primitive;
+} surface_crossing;
+
+/* A stretch of the line that lies inside. */
+typedef struct span {
+    surface_crossing enter, leave;
+} span;
+
 typedef struct primitive_type {
     type_info info;
     bool flat;      /* a ray that leaves it cannot meet it again */
@@ -63,6 +76,11 @@ typedef struct primitive_type {
     /* +1 inside, -1 outside: for closed shapes and half-spaces, to find the media around a point.
      * NULL: encloses nothing or a mesh. */
     int (*side)(const void *desc, dvec3 p);
+    /* The stretches of the line o + t d, -infinity < t < infinity, that lie inside, in ascending order
+     * and apart from one another; t_min and t_max of the ray do not count. Returns how many there
+     * are; more than `capacity`: capacity + 1. Agrees with `intersect` and `side`. For closed shapes and
+     * half-spaces, which solids are made of; NULL: cannot be part of a solid. */
+    int (*spans)(const void *desc, const local_ray *beam, span *out, int capacity);
     /* Sampling by area, for shapes that shine; in the shape's own space.
      * area: of the whole surface, or of one triangle of a mesh (primitive; 0 elsewhere), m^2. NULL:
      * cannot shine as a sampled light (planes).
