@@ -789,6 +789,120 @@ static void every_shape_agrees_with_a_slow_solver(void **state) {
     }
 }
 
+/* ---- the stretches of a line inside ---- */
+
+enum { SPANS = 16 };
+
+static bool in_spans(const span *spans, int count, double t) {
+    for (int i = 0; i < count; i++)
+        if (t > spans[i].enter.t && t < spans[i].leave.t) return true;
+    return false;
+}
+
+/* Points of the line, between and about the crossings, are inside by all three or by none. */
+static long check_membership(const setting *s, const local_ray *beam, const span *spans,
+                             int count) {
+    long inside = 0;
+    dvec3 d = dvec3_from(beam->d), o = dvec3_from(beam->o);
+    double reach = s->size / dvec3_length(d);
+    double middle = dvec3_dot(dvec3_sub(s->at, o), d) / dvec3_dot(d, d);
+    for (int k = 0; k < 8; k++) {
+        double t = middle + reach * between(-1, 1);
+        if (k & 1 && count) { /* close to a crossing */
+            const span *one = &spans[random_bits() % (uint64_t)count];
+            double near = k & 2 ? one->enter.t : one->leave.t;
+            if (isfinite(near)) t = near + reach * exp2(-between(1, 20)) * (k & 4 ? 1 : -1);
+        }
+        dvec3 p = dvec3_add(o, dvec3_scale(d, t));
+        real distance = s->subject->distance(&s->desc, wide_d(p));
+        real magnitude = length(wide_d(p)) + length(wide_d(o)) + s->size;
+        if (fabsl(distance) < 1e-12L * magnitude) continue;
+        bool listed = in_spans(spans, count, t);
+        if ((distance < 0) != listed || (s->type->side(&s->desc, p) > 0) != listed)
+            fail_msg("%s: by its spans t %g is %s, the distance is %Lg", s->type->info.name, t,
+                     listed ? "inside" : "outside", distance);
+        inside += listed;
+    }
+    return inside;
+}
+
+/* Every crossing of a line that is nowhere nearly tangent is a hit of it, and every hit a crossing. */
+static void check_crossings(const setting *s, const local_ray *beam, const span *spans, int count) {
+    root roots[ROOTS];
+    int solved = s->subject->solve(&s->desc, wide(beam->o), wide(beam->d), roots);
+    for (int i = 0; i < solved; i++)
+        if (fabsl(roots[i].margin) < 1e-8L) return;
+    local_ray line = *beam;
+    hit found = {0};
+    int used = 0, ends = 0;
+    for (int i = 0; i < count; i++) ends += isfinite(spans[i].enter.t) + isfinite(spans[i].leave.t);
+    for (line.t_min = -INFINITY; s->type->intersect(&s->desc, &line, &found);
+         line.t_min = found.t) {
+        int matches = 0;
+        for (int i = 0; i < 2 * count; i++) {
+            const surface_crossing *c = i & 1 ? &spans[i / 2].leave : &spans[i / 2].enter;
+            if ((float)c->t != found.t) continue;
+            used++; /* maybe with another's, of the other face at a corner */
+            matches += c->u == found.u && c->v == found.v && c->primitive == found.primitive;
+        }
+        if (matches == 0)
+            fail_msg("%s: the hit at %.9g is no crossing; size %g", s->type->info.name,
+                     (double)found.t, s->size);
+    }
+    if (used < ends) fail_msg("%s: %d crossings, %d are hits", s->type->info.name, ends, used);
+}
+
+static void check_span_order(const setting *s, const local_ray *beam, const span *spans,
+                             int count) {
+    span few[SPANS];
+    double last = -INFINITY;
+    for (int i = 0; i < count; i++) {
+        assert_true(i == 0 || spans[i].enter.t > last);
+        assert_true(spans[i].enter.t < spans[i].leave.t);
+        last = spans[i].leave.t;
+    }
+    for (int capacity = 0; capacity < count; capacity++)
+        assert_int_equal(s->type->spans(&s->desc, beam, few, capacity), capacity + 1);
+}
+
+static void spans_agree_with_sides_and_hits(void **state) {
+    (void)state;
+    const double sizes[] = {1e-3, 1, 1e3, 1e6}, offsets[] = {0, 1, 128, 16384};
+    for (uint32_t i = 0; i < primitive_type_count; i++) {
+        setting s = {.type = primitive_types[i]};
+        assert_true((s.type->side == NULL) == (s.type->spans == NULL));
+        if (s.type->spans == NULL) continue;
+        s.subject = subject_of(s.type);
+        random_state = 777 + i;
+        long inside = 0, met = 0, open = 0, tested = 0;
+        surface last = {0};
+        for (int n = 0; n < 20000; n++) {
+            int place = n / 20 % 16;
+            if (n % 20 == 0) setting_make(&s, sizes[place % 4], offsets[place / 4]);
+            local_ray beam = random_ray(&s, n % 3, &last);
+            span spans[SPANS];
+            int count = s.type->spans(&s.desc, &beam, spans, SPANS);
+            if (count == -1) {
+                assert_int_equal(s.type->side(&s.desc, s.at), -1);
+                open++;
+                continue;
+            }
+            assert_true(count >= 0 && count <= SPANS);
+            tested++;
+            met += count > 0;
+            check_span_order(&s, &beam, spans, count);
+            inside += check_membership(&s, &beam, spans, count);
+            check_crossings(&s, &beam, spans, count);
+        }
+        printf("%s: %ld lines, %ld met it, %ld points inside, %ld were open\n", s.type->info.name,
+               tested, met, inside, open);
+        assert_true(tested > 12000 && met > tested / 4 && inside > tested / 2);
+        local_ray still = {{0, 0, 0}, {0, 0, 0}, 0, INFINITY};
+        span none[SPANS];
+        assert_true(s.type->unbounded || s.type->spans(&s.desc, &still, none, SPANS) <= 0);
+    }
+}
+
 static void odd_rays_give_no_nan_and_no_hit(void **state) {
     (void)state;
     const float odd[] = {0, -0.0f, NAN, INFINITY, -INFINITY, 3e38f, -3e38f, 1e-45f, 1, -1};
@@ -1215,6 +1329,7 @@ static void the_next_origin_is_beyond(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_shape_agrees_with_a_slow_solver),
+        cmocka_unit_test(spans_agree_with_sides_and_hits),
         cmocka_unit_test(odd_rays_give_no_nan_and_no_hit),
         cmocka_unit_test(reference_intersections),
         cmocka_unit_test(texture_coordinates_lie_as_documented),

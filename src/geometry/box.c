@@ -123,6 +123,14 @@ static int side(const void *desc, dvec3 p) {
     return inside ? 1 : -1;
 }
 
+static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {
+    crossing enter, leave;
+    if (!solve(desc, beam, &enter, &leave)) return 0;
+    return surface_add_span(out, 0, capacity,
+                            (surface_crossing){.t = enter.t, .u = (float)enter.face},
+                            (surface_crossing){.t = leave.t, .u = (float)leave.face});
+}
+
 /* Of the two faces across each axis. */
 static void pair_areas(const box_desc *box, double pair[3]) {
     double x = (double)box->max.x - box->min.x, y = (double)box->max.y - box->min.y,
@@ -166,6 +174,7 @@ const primitive_type primitive_box = {
     .intersect = intersect,
     .surface = fill_surface,
     .side = side,
+    .spans = spans,
     .area = area,
     .sample_area = sample_area,
 };

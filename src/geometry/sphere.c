@@ -86,6 +86,13 @@ static int side(const void *desc, dvec3 p) {
     return dvec3_dot(f, f) < r * r ? 1 : -1;
 }
 
+static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {
+    double t[2];
+    if (!solve(desc, beam, t)) return 0;
+    return surface_add_span(out, 0, capacity, (surface_crossing){.t = t[0]},
+                            (surface_crossing){.t = t[1]});
+}
+
 static double area(const void *desc, uint32_t primitive) {
     (void)primitive;
     double r = ((const sphere_desc *)desc)->radius;
@@ -151,6 +158,7 @@ const primitive_type primitive_sphere = {
     .surface = fill_surface,
     .parametrise = parametrise,
     .side = side,
+    .spans = spans,
     .area = area,
     .sample_area = sample_area,
     .sample_toward = sample_toward,

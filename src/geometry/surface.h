@@ -44,6 +44,15 @@ static inline bool surface_accept(const local_ray *beam, double t, float *out) {
     return rounded > beam->t_min && rounded < beam->t_max;
 }
 
+/* For `spans`: adds a stretch to the first `count` of `out`, unless it has no length or `count` is
+ * beyond the capacity already. Returns the new count. */
+static inline int surface_add_span(span *out, int count, int capacity, surface_crossing enter,
+                                   surface_crossing leave) {
+    if (!(enter.t < leave.t) || count > capacity) return count;
+    if (count < capacity) out[count] = (span){enter, leave};
+    return count + 1;
+}
+
 /* What the rounding of an origin near p (the directed one, up to an ulp per coordinate, and once more
  * for that of the same origin in another space) may take from the distance to a curved surface. */
 static inline double surface_shift_error(dvec3 p, double curvature) {
