@@ -1563,6 +1563,25 @@ static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
+enum { SNELL_SOLID_OPERATION_UNION, SNELL_SOLID_OPERATION_INTERSECTION, SNELL_SOLID_OPERATION_DIFFERENCE };
+typedef struct snell_solid_desc { /* closed shapes put together */
+    size_t struct_size;
+    int32_t operation; /* all that any has, what all have, or the first less all others */
+    const snell_shape_id *shapes; /* closed shapes, planes as half-spaces, solids; required */
+    size_t shapes_count;
+    const snell_transform *transforms; /* one per shape, or none: as they are */
+    size_t transforms_count;
+    const snell_material_id *materials; /* one per shape, or none; a shape without has the solid's own */
+    size_t materials_count;
+} snell_solid_desc;
+static inline snell_solid_desc snell_solid_desc_init(size_t struct_size) {
+    snell_solid_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_solid(snell_scene *scene, const snell_solid_desc *desc, snell_shape_id *out);
+
 typedef struct snell_perspective_camera_desc { /* a pinhole camera, or a thin lens with depth of field */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */

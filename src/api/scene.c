@@ -365,6 +365,20 @@ static bool report_build(void *user, double fraction) {
     return p->progress(p->user, &progress);
 }
 
+/* A solid without a point is most likely a mistake. */
+static void warn_of_empty(const snell_scene *s) {
+    const solid_set *set = s->frozen->solids;
+    for (size_t i = 0; i < set->shape_count; i++) {
+        if (set->solids[i] == NULL || !bounds3_is_empty(set->solids[i]->bounds)) continue;
+        const object *o = &s->description->objects[CATEGORY_SHAPE].items[i];
+        char label[128];
+        description_object_label(s->description, CATEGORY_SHAPE, (uint32_t)i, label, sizeof label);
+        log_write(&s->context->log, SNELL_WARNING, (source_place){o->file, o->line, 0},
+                  "its shapes have nothing in common", "%s is empty: nothing of it is drawn",
+                  label);
+    }
+}
+
 snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
@@ -376,6 +390,7 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
     if (!status) {
         scene_destroy(s->frozen);
         s->frozen = frozen;
+        warn_of_empty(s);
     }
     scene_end_edit(s);
     return status;
@@ -399,14 +414,14 @@ static void count_instances(const description *d, snell_scene_stats *out) {
     for (size_t i = 0; i < d->instance_count; i++) {
         if (d->instances[i].removed) continue;
         const object *shape = &shapes->items[d->instances[i].shape];
-        bool is_mesh = ((const primitive_type *)shape->type)->intersect == NULL;
+        bool is_mesh = shape->type == &primitive_mesh.info;
         uint64_t triangles = is_mesh ? mesh_triangle_count(shape->desc) : 0;
         out->instance_count++;
         out->triangle_count += triangles;
-        out->primitive_count += is_mesh ? triangles : 1;
+        out->primitive_count += is_mesh ? triangles : shape_part_count(d, d->instances[i].shape);
     }
     for (size_t i = 0; i < shapes->count; i++)
-        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL) {
+        if (shapes->items[i].type == &primitive_mesh.info) {
             const mesh_desc *mesh = shapes->items[i].desc;
             out->unique_triangle_count += mesh_triangle_count(mesh);
             out->memory_geometry +=
@@ -471,7 +486,8 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
     if (s->frozen) {
         accel_memory memory = accel_get_memory(s->frozen->accel);
         out->memory_textures += scene_texture_memory(s->frozen);
-        out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
+        out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes +
+                            solid_set_memory(s->frozen->solids);
     }
     scene_end_read(s);
     return SNELL_OK;

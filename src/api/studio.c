@@ -10,10 +10,9 @@ bounds3 description_bounds(const description *d) {
     for (size_t i = 0; i < d->instance_count; i++) {
         const instance *at = &d->instances[i];
         if (at->removed) continue;
-        const object *shape = &d->objects[CATEGORY_SHAPE].items[at->shape];
-        const primitive_type *type = (const primitive_type *)shape->type;
-        if (type->unbounded) continue;
-        bounds3 own = type->bounds(shape->desc);
+        transform identity = transform_identity();
+        bounds3 own = shape_bounds(d, at->shape, &identity);
+        if (!bounds_are_finite(own)) continue;
         all = bounds3_union(all, transform_bounds(&at->to_world, own));
         for (size_t k = 1; k < at->key_count; k++)
             all = bounds3_union(all, transform_bounds(&at->keys[k].transform, own));

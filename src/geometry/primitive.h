@@ -62,8 +62,9 @@ typedef struct primitive_type {
     /* Beyond what the table can say; NULL: nothing. Reports with error_set. */
     snell_status (*check)(const void *desc);
     bounds3 (*bounds)(const void *desc); /* contains every point that intersect may return */
-    /* The nearest hit with ray->t_min < t < ray->t_max: sets t, u, v. NULL for meshes, whose
-     * triangles the kernels test themselves. */
+    /* The nearest hit with ray->t_min < t < ray->t_max: sets t, u, v; and primitive, which is 0
+     * before, where several faces are told apart. NULL for meshes, whose triangles the kernels test
+     * themselves. */
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
@@ -106,5 +107,7 @@ typedef struct primitive_type {
 extern const primitive_type *const primitive_types[];
 extern const uint32_t primitive_type_count;
 const primitive_type *primitive_find(const char *name); /* NULL: none of that name */
+
+extern const primitive_type primitive_mesh; /* the one whose hits the kernels find */
 
 #endif

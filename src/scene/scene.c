@@ -175,6 +175,23 @@ static void freeze_settings(scene *s, const description *d) {
         double_max(dvec3_largest(s->background), dvec3_largest(s->background_top));
 }
 
+uint32_t instance_slot_count(const scene_instance *at) {
+    if (solid_is(at->type)) return ((const solid_shape *)at->shape)->slot_count;
+    if (at->type != &primitive_mesh) return 1;
+    const mesh_desc *mesh = at->shape;
+    return mesh->material_slots_count ? (uint32_t)mesh->materials_count : 1;
+}
+
+uint32_t instance_slot(const scene_instance *at, uint32_t slot) {
+    if (solid_is(at->type)) {
+        uint32_t index = ((const solid_shape *)at->shape)->slots[slot];
+        return index == NO_ID ? at->material : index;
+    }
+    if (at->type != &primitive_mesh) return at->material;
+    const mesh_desc *mesh = at->shape;
+    return mesh->material_slots_count ? mesh->materials[slot].index1 - 1 : at->material;
+}
+
 /* What shadow rays make of a material: MASK_OPAQUE, MASK_FILTER or MASK_NO_SHADOW. */
 static uint32_t shadow_mask(const material *m) {
     const material_common *common = m->desc;
@@ -184,17 +201,22 @@ static uint32_t shadow_mask(const material *m) {
     return filters ? MASK_FILTER : MASK_OPAQUE;
 }
 
-/* A mesh of several materials is a filter as soon as one of them is: the walk looks at each
- * triangle. */
+static bool has_vertex_alphas(const scene_instance *at) {
+    if (at->type == &primitive_mesh) return ((const mesh_desc *)at->shape)->alphas_count != 0;
+    if (!solid_is(at->type)) return false;
+    const solid_shape *whole = at->shape;
+    for (uint32_t i = 0; i < whole->part_count; i++)
+        if (whole->parts[i].mesh && whole->parts[i].mesh->mesh->alphas_count) return true;
+    return false;
+}
+
+/* What has several materials is a filter as soon as one of them is: the walk looks at each
+ * triangle or face. */
 static uint32_t instance_mask(const scene *s, const scene_instance *at) {
-    uint32_t mask = shadow_mask(&s->materials[at->material]);
-    if (at->type->intersect != NULL) return mask;
-    const mesh_desc *mesh = at->shape;
-    if (mesh->alphas_count) return MASK_FILTER;
-    if (mesh->material_slots_count == 0) return mask;
-    mask = shadow_mask(&s->materials[mesh->materials[0].index1 - 1]);
-    for (size_t i = 0; i < mesh->materials_count; i++)
-        if (shadow_mask(&s->materials[mesh->materials[i].index1 - 1]) != mask) return MASK_FILTER;
+    if (has_vertex_alphas(at)) return MASK_FILTER;
+    uint32_t mask = shadow_mask(&s->materials[instance_slot(at, 0)]);
+    for (uint32_t i = 1; i < instance_slot_count(at); i++)
+        if (shadow_mask(&s->materials[instance_slot(at, i)]) != mask) return MASK_FILTER;
     return mask;
 }
 
@@ -202,15 +224,11 @@ static bool bounds_medium(const scene *s, uint32_t index) {
     return material_bounds_medium(s->materials[index].type, s->materials[index].desc);
 }
 
-/* What is inside an instance: its material's medium, or that of the first slot that has one. */
+/* What is inside an instance: the medium of its first material that has one. */
 static void find_medium(const scene *s, scene_instance *at) {
-    uint32_t index = at->material;
-    const mesh_desc *mesh = at->type->intersect == NULL ? at->shape : NULL;
-    if (mesh && mesh->material_slots_count) {
-        index = mesh->materials[0].index1 - 1;
-        for (size_t i = 1; i < mesh->materials_count && !bounds_medium(s, index); i++)
-            index = mesh->materials[i].index1 - 1;
-    }
+    uint32_t index = instance_slot(at, 0);
+    for (uint32_t i = 1; i < instance_slot_count(at) && !bounds_medium(s, index); i++)
+        index = instance_slot(at, i);
     const material *m = &s->materials[index];
     at->has_medium = bounds_medium(s, index);
     at->medium_material = index;
@@ -234,15 +252,33 @@ static snell_status freeze_motion(scene *s, const instance *from, scene_instance
     return SNELL_OK;
 }
 
-static snell_status freeze_instances(scene *s, const description *d, accel_instance *out) {
+/* The shape that rays meet: a solid is compiled, any other is as it is described. */
+static snell_status freeze_shape(scene *s, const description *d, uint32_t index, thread_pool *pool,
+                                 accel_geometry *out) {
+    const object *o = &d->objects[CATEGORY_SHAPE].items[index];
+    *out = (accel_geometry){(const primitive_type *)o->type, o->desc};
+    if (out->type != &primitive_solid) return SNELL_OK;
+    const solid_shape *compiled;
+    snell_status status = solid_set_compile(s->solids, d, index, pool, &compiled);
+    if (status) return status;
+    bool boxed = bounds_are_finite(compiled->bounds) || bounds3_is_empty(compiled->bounds);
+    *out = (accel_geometry){boxed ? &solid_bounded : &solid_boundless, compiled};
+    return SNELL_OK;
+}
+
+static snell_status freeze_instances(scene *s, const description *d, thread_pool *pool,
+                                     accel_geometry *geometries, accel_instance *out) {
     uint32_t count = 0;
     for (size_t i = 0; i < d->instance_count; i++) {
         const instance *from = &d->instances[i];
         if (from->removed) continue;
         const object *shape = &d->objects[CATEGORY_SHAPE].items[from->shape];
         scene_instance *at = &s->instances[count];
-        *at = (scene_instance){.type = (const primitive_type *)shape->type,
-                               .shape = shape->desc,
+        accel_geometry *geometry = &geometries[from->shape];
+        snell_status frozen = freeze_shape(s, d, from->shape, pool, geometry);
+        if (frozen) return frozen;
+        *at = (scene_instance){.type = geometry->type,
+                               .shape = geometry->desc,
                                .shape_index = from->shape,
                                .material = from->material == NO_MATERIAL ? s->material_count
                                                                          : from->material,
@@ -313,11 +349,14 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
     snell_status status = SNELL_OK;
     if (!geometries || !instances || !s->instances || !s->instance_ids || !s->motions)
         status = error_no_memory();
-    if (!status) status = freeze_instances(s, d, instances);
+    if (!status) status = solid_set_create(shapes->count, &s->solids);
+    for (uint32_t i = 0; i < s->material_count && !status; i++)
+        s->solids->textured |= s->materials[i].textured;
+    for (size_t i = 0; i < shapes->count && !status; i++)
+        geometries[i] =
+            (accel_geometry){(const primitive_type *)shapes->items[i].type, shapes->items[i].desc};
+    if (!status) status = freeze_instances(s, d, pool, geometries, instances);
     if (!status) {
-        for (size_t i = 0; i < shapes->count; i++)
-            geometries[i] = (accel_geometry){(const primitive_type *)shapes->items[i].type,
-                                             shapes->items[i].desc};
         freeze_bodies(s, (uint32_t)shapes->count, geometries, instances);
         accel_input input = {geometries, shapes->count + s->body_count, instances,
                              s->instance_count};
@@ -406,6 +445,7 @@ void scene_destroy(scene *s) {
     free(s->lights);
     free(s->instances);
     free(s->instance_ids);
+    solid_set_destroy(s->solids);
     for (uint32_t i = 0; i < s->motion_count; i++) motion_free(&s->motions[i]);
     free(s->motions);
     free(s);
@@ -448,6 +488,12 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
 }
 
+static bool has_uv(const scene_instance *at, uint32_t primitive) {
+    if (solid_is(at->type)) return solid_find_part(at->shape, primitive)->has_uv;
+    if (at->type == &primitive_mesh) return ((const mesh_desc *)at->shape)->uvs_count != 0;
+    return !at->type->unbounded;
+}
+
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out) {
     scene_instance moved;
@@ -456,13 +502,6 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         at->type->parametrise(at->shape, on);
     dvec3 local = on->p, local_n = on->n, local_u = on->dpdu, local_v = on->dpdv;
     if (!at->identity) surface_to_world(on, &at->to_world, &at->to_local);
-    uint32_t index = at->material;
-    bool has_uv = true;
-    if (at->type->intersect == NULL) {
-        const mesh_desc *mesh = at->shape;
-        if (mesh->material_slots_count) index = mesh->materials[on->material_slot].index1 - 1;
-        has_uv = mesh->uvs_count != 0;
-    }
     bool outside = dvec3_dot(on->n, wo) >= 0;
     *out = (shade_point){.p = on->p,
                          .wo = wo,
@@ -474,13 +513,13 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
                          .primitive = primitive,
                          .time = time,
                          .flat = at->type->flat,
-                         .material = &s->materials[index],
+                         .material = &s->materials[instance_slot(at, on->material_slot)],
                          .dpdu = on->dpdu,
                          .dpdv = on->dpdv,
                          .curvature = on->curvature,
                          .at = {.at = {.u = on->u,
                                        .v = on->v,
-                                       .has_uv = has_uv && !at->type->unbounded,
+                                       .has_uv = has_uv(at, primitive),
                                        .local = local,
                                        .n = local_n,
                                        .dpdu = local_u,
