@@ -89,28 +89,41 @@ typedef struct solid_line {
     int event_count;
 } solid_line;
 
-/* May the line pass the box? Widened beyond all rounding. */
-static bool may_meet(const bounds3 *box, const local_ray *beam) {
-    const double low[3] = {(double)box->min.x, (double)box->min.y, (double)box->min.z},
-                 high[3] = {(double)box->max.x, (double)box->max.y, (double)box->max.z},
-                 o[3] = {(double)beam->o.x, (double)beam->o.y, (double)beam->o.z},
-                 d[3] = {(double)beam->d.x, (double)beam->d.y, (double)beam->d.z};
-    double margin = 0, near = -INFINITY, far = INFINITY;
-    for (int i = 0; i < 3; i++) margin += 0x1p-20 * (fabs(low[i]) + fabs(high[i]) + fabs(o[i]));
+/* A line ready to be held against boxes. */
+typedef struct box_line {
+    double o[3], d[3], inv[3]; /* inv: 1/d */
+    double size;               /* of o */
+} box_line;
+
+static box_line make_box_line(const local_ray *beam) {
+    box_line line = {.o = {(double)beam->o.x, (double)beam->o.y, (double)beam->o.z},
+                     .d = {(double)beam->d.x, (double)beam->d.y, (double)beam->d.z}};
     for (int i = 0; i < 3; i++) {
-        double from = low[i] - margin - o[i], to = high[i] + margin - o[i];
-        if (d[i] == 0) {
-            if (from > 0 || to < 0) return false;
-            continue;
-        }
-        near = double_max(double_min(from / d[i], to / d[i]), near);
-        far = double_min(double_max(from / d[i], to / d[i]), far);
+        line.inv[i] = 1 / line.d[i];
+        line.size += fabs(line.o[i]);
+    }
+    return line;
+}
+
+/* May the line pass the box? Widened beyond all rounding. */
+static bool may_meet(const bounds3 *box, const box_line *line) {
+    const double low[3] = {(double)box->min.x, (double)box->min.y, (double)box->min.z},
+                 high[3] = {(double)box->max.x, (double)box->max.y, (double)box->max.z};
+    double size = line->size, near = -INFINITY, far = INFINITY;
+    for (int i = 0; i < 3; i++) size += fabs(low[i]) + fabs(high[i]);
+    for (int i = 0; i < 3; i++) {
+        double from = low[i] - 0x1p-20 * size - line->o[i],
+               to = high[i] + 0x1p-20 * size - line->o[i];
+        if (line->d[i] == 0 && (from > 0 || to < 0)) return false;
+        if (!isfinite(line->inv[i])) continue;
+        double a = from * line->inv[i], b = to * line->inv[i];
+        near = double_max(double_min(a, b), near);
+        far = double_min(double_max(a, b), far);
     }
     return near <= far;
 }
 
 static int part_spans(const solid_part *part, const local_ray *beam, span *out, int capacity) {
-    if (part->bounded && !may_meet(&part->bounds, beam)) return 0;
     dvec3 o = dvec3_from(beam->o), d = dvec3_from(beam->d);
     if (part->mesh && part->identity) return solid_mesh_spans(part->mesh, o, d, out, capacity);
     if (part->mesh)
@@ -134,10 +147,13 @@ static void add_event(solid_line *line, solid_event event) {
 
 /* False: there are too many. */
 static bool find_events(const solid_shape *s, const local_ray *beam, solid_line *line) {
+    const box_line boxes = make_box_line(beam);
     line->event_count = 0;
     for (uint32_t i = 0; i < s->part_count; i++) {
+        const solid_part *part = &s->parts[i];
+        if (part->bounded && !may_meet(&part->bounds, &boxes)) continue;
         int room = (EVENTS_MAX - line->event_count) / 2;
-        int count = part_spans(&s->parts[i], beam, line->spans, room);
+        int count = part_spans(part, beam, line->spans, room);
         if (count > room) return false;
         for (int k = 0; k < count; k++) {
             const surface_crossing *ends[2] = {&line->spans[k].enter, &line->spans[k].leave};
