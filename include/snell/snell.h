@@ -356,7 +356,8 @@ typedef struct snell_hit {
     uint32_t primitive;
     snell_instance_id instance;
     snell_vec3 normal;
-} snell_hit; /* miss: t = INFINITY; primitive: of a mesh, the triangle, else 0; u, v: of a triangle, the
+} snell_hit; /* miss: t = INFINITY; primitive: of a mesh, the triangle; of a solid, a number of the
+                face's shape (a mesh's faces have one each); else 0; u, v: of a triangle, the
                 weights of its second and third vertex (of other shapes: not promised); normal:
                 geometric, unit, outward */
 SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays,
@@ -1569,7 +1570,7 @@ typedef struct snell_solid_desc { /* closed shapes put together */
     int32_t operation; /* all that any has, what all have, or the first less all others */
     const snell_shape_id *shapes; /* closed shapes, planes as half-spaces, solids; required */
     size_t shapes_count;
-    const snell_transform *transforms; /* one per shape, or none: as they are */
+    const snell_transform *transforms; /* one per shape, to the solid's space; or none */
     size_t transforms_count;
     const snell_material_id *materials; /* one per shape, or none; a shape without has the solid's own */
     size_t materials_count;

@@ -9,7 +9,8 @@
     F(T, operation, CHOICE, DEFAULT(0), CHOICES("union|intersection|difference"), "",              \
       "all that any has, what all have, or the first less all others")                             \
     F(T, shapes, SHAPES, NO_DEFAULT, REQUIRED, "", "closed shapes, planes as half-spaces, solids") \
-    F(T, transforms, TRANSFORMS, NO_DEFAULT, ANY, "", "one per shape, or none: as they are")       \
+    F(T, transforms, TRANSFORMS, NO_DEFAULT, ANY, "",                                              \
+      "one per shape, to the solid's space; or none")                                              \
     F(T, materials, MATERIALS, NO_DEFAULT, OR_NONE, "",                                            \
       "one per shape, or none; a shape without has the solid's own")
 DESCRIBE_STRUCT(solid, SOLID_FIELDS)

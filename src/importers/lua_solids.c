@@ -3,6 +3,7 @@
 #include "importers/lua_scene.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "scene/solids.h"
@@ -12,9 +13,10 @@ typedef struct solid_parts {
     snell_shape_id *shapes;
     transform *transforms;
     snell_material_id *materials;
+    uint32_t *lines; /* where each was made */
+    size_t line_capacity;
     size_t count, shape_capacity, transform_capacity, material_capacity;
     const char *label; /* "union" and so on */
-    uint32_t line;
 } solid_parts;
 
 static void free_parts(void *held) {
@@ -22,6 +24,7 @@ static void free_parts(void *held) {
     free(p->shapes);
     free(p->transforms);
     free(p->materials);
+    free(p->lines);
     free(p);
 }
 
@@ -35,16 +38,18 @@ static solid_parts *push_parts(lua_State *L, const char *label) {
 }
 
 static void append(lua_State *L, solid_parts *p, uint32_t shape, transform placed,
-                   uint32_t material) {
+                   uint32_t material, uint32_t line) {
     if (p->count >= SOLID_PARTS_MAX)
         scene_fail(L, SNELL_ERR_SYNTAX, "make it of several, or of a mesh",
                    "%s: more than %d shapes", p->label, SOLID_PARTS_MAX);
     if (!ARRAY_GROW(p->shapes, p->count, p->shape_capacity, 1) ||
         !ARRAY_GROW(p->transforms, p->count, p->transform_capacity, 1) ||
-        !ARRAY_GROW(p->materials, p->count, p->material_capacity, 1))
+        !ARRAY_GROW(p->materials, p->count, p->material_capacity, 1) ||
+        !ARRAY_GROW(p->lines, p->count, p->line_capacity, 1))
         scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
     p->shapes[p->count] = (snell_shape_id){shape + 1, 0};
     p->transforms[p->count] = placed;
+    p->lines[p->count] = line;
     p->materials[p->count++] = (snell_material_id){material == NO_MATERIAL ? 0 : material + 1, 0};
 }
 
@@ -54,7 +59,7 @@ static void append_leaf(lua_State *L, void *user, const node *leaf, bool moves) 
         scene_fail(L, SNELL_ERR_SYNTAX, "give the solid the motion",
                    "%s: the shape of line %u moves: a part of a solid cannot move by itself",
                    p->label, leaf->line);
-    append(L, p, leaf->shape, placement_round(&leaf->placed), leaf->material);
+    append(L, p, leaf->shape, placement_round(&leaf->placed), leaf->material, leaf->line);
 }
 
 /* Checks of meshes take a while. */
@@ -66,6 +71,18 @@ static void charge(lua_State *L, const solid_parts *p) {
             20 + (o->type == &primitive_mesh.info ? 4 * (uint64_t)mesh_triangle_count(o->desc) : 0);
         sandbox_charge(L, work);
     }
+}
+
+/* What is wrong with one of the shapes is said of the line that made it. */
+_Noreturn static void fail_parts(lua_State *L, const solid_parts *p) {
+    const lua_scene *s = scene_of(L);
+    bool of_whole = strncmp(error_last()->text, "solid:", 6) == 0;
+    for (size_t i = 0; i < p->count && !of_whole; i++)
+        if (solid_check_parts(s->d, &p->shapes[i], 1)) { /* the same error again */
+            error_place((source_place){s->path, p->lines[i], 0});
+            break;
+        }
+    scene_fail_last(L, "solid", p->label);
 }
 
 static uint32_t add_solid(lua_State *L, const solid_parts *p, const char *operation,
@@ -80,7 +97,7 @@ static uint32_t add_solid(lua_State *L, const solid_parts *p, const char *operat
     source.line = scene_line(L, &source.file);
     charge(L, p);
     if (description_add(scene_of(L)->d, CATEGORY_SHAPE, "solid", params, 4, source, &index))
-        scene_fail_last(L, "solid", p->label);
+        fail_parts(L, p);
     return index;
 }
 
@@ -94,7 +111,8 @@ static void append_node(lua_State *L, solid_parts *p, uint32_t index) {
         scene_fail(L, SNELL_ERR_SYNTAX, NULL, "%s: one of its groups has no shapes", p->label);
     solid_parts *group = push_parts(L, p->label);
     nodes_each_leaf(L, index, append_leaf, group);
-    append(L, p, add_solid(L, group, "union", NULL), transform_identity(), NO_MATERIAL);
+    append(L, p, add_solid(L, group, "union", NULL), transform_identity(), NO_MATERIAL,
+           scene_of(L)->nodes[index].line);
     lua_pop(L, 1);
 }
 
