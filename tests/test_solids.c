@@ -891,6 +891,40 @@ static void halves_of_glass_are_one(void **unused) {
     rig_free(&r);
 }
 
+/* ---- as any shape: moved, several times, by what it is seen through ---- */
+
+static void solids_move_as_a_whole(void **unused) {
+    (void)unused;
+    rig r = rig_make(1, SNELL_ISA_AUTO);
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    snell_animation clock = SNELL_INIT(animation);
+    clock.fps = 1;
+    camera.shutter = (snell_vec2){0, 1};
+    MUST(snell_scene_add_perspective_camera(r.scene, &camera, NULL));
+    MUST(snell_scene_set_animation(r.scene, &clock));
+    /* A tube of 1 less 0.5 thick, which moves by 10 in a second. */
+    const snell_shape_id boxes[2] = {box_shape(&r, v3(-1, -1, -1), v3(1, 1, 1)),
+                                     box_shape(&r, v3(-0.5, -2, -2), v3(0.5, 2, 2))};
+    const snell_motion_key keys[2] = {{0, shifted(0, 0, 0)}, {1, shifted(10, 0, 0)}};
+    snell_shape_id id;
+    snell_instance_id moving;
+    MUST(solid_of(&r, SNELL_SOLID_OPERATION_DIFFERENCE, boxes, NULL, 2, &id));
+    MUST(snell_scene_add_instance(r.scene, id, (snell_material_id){0, 0}, NULL, &moving));
+    MUST(snell_scene_set_instance_motion(r.scene, moving, keys, 2));
+    MUST(snell_scene_commit(r.scene, NULL, NULL));
+    for (int i = 0; i <= 8; i++) {
+        hit found[HITS_MAX];
+        ray line = ray_make((vec3){-5, 0, 0}, (vec3){1, 0, 0}, 0, INFINITY);
+        line.time = (float)(i / 8.0);
+        assert_int_equal(walk(r.scene->frozen, line, found), 4);
+        for (int k = 0; k < 4; k++) {
+            const double faces[4] = {-1, -0.5, 0.5, 1};
+            assert_true(fabs((double)found[k].t - (5 + 10 * i / 8.0 + faces[k])) < 1e-5);
+        }
+    }
+    rig_free(&r);
+}
+
 /* ---- between processes ---- */
 
 typedef struct block {
@@ -970,6 +1004,7 @@ int main(void) {
         cmocka_unit_test(too_many_stretches_are_an_error),
         cmocka_unit_test(bounds_are_tight),
         cmocka_unit_test(halves_of_glass_are_one),
+        cmocka_unit_test(solids_move_as_a_whole),
         cmocka_unit_test(hostile_records_do_no_harm),
     };
     return cmocka_run_group_tests_name("solids", tests, NULL, NULL);
