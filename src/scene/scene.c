@@ -350,6 +350,7 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
     if (!geometries || !instances || !s->instances || !s->instance_ids || !s->motions)
         status = error_no_memory();
     if (!status) status = solid_set_create(shapes->count, &s->solids);
+    if (!status) s->solids->materials = s->materials;
     for (uint32_t i = 0; i < s->material_count && !status; i++)
         s->solids->textured |= s->materials[i].textured;
     for (size_t i = 0; i < shapes->count && !status; i++)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "materials/material.h"
 
 static const object *shape_at(const description *d, uint32_t shape) {
     return &d->objects[CATEGORY_SHAPE].items[shape];
@@ -216,15 +217,15 @@ typedef struct place {
     bool first, subtracted;
 } place;
 
-static snell_status add_slot(compiler *c, uint32_t material) {
+static snell_status add_slot(compiler *c, uint32_t index) {
     if (!ARRAY_GROW(c->made->slots, c->slot_count, c->slot_capacity, 1)) return error_no_memory();
-    c->made->slots[c->slot_count++] = material;
+    c->made->slots[c->slot_count++] = index;
     return SNELL_OK;
 }
 
 /* Slots of a mesh that has materials of its own, else one. */
-static snell_status add_slots(compiler *c, const mesh_desc *mesh, uint32_t material) {
-    if (mesh == NULL || mesh->material_slots_count == 0) return add_slot(c, material);
+static snell_status add_slots(compiler *c, const mesh_desc *mesh, uint32_t index) {
+    if (mesh == NULL || mesh->material_slots_count == 0) return add_slot(c, index);
     snell_status status = SNELL_OK;
     for (size_t i = 0; i < mesh->materials_count && !status; i++)
         status = add_slot(c, mesh->materials[i].index1 - 1);
@@ -289,9 +290,9 @@ static snell_status add_shapes(compiler *c, const solid_desc *from, uint32_t nod
     for (size_t i = 0; i < from->shapes_count; i++) {
         bool taken_off = from->operation == SOLID_DIFFERENCE && i > 0;
         transform own = part_transform(from, i);
-        uint32_t material = from->materials_count ? from->materials[i].index1 : 0;
+        uint32_t own_material = from->materials_count ? from->materials[i].index1 : 0;
         place here = {.to_solid = transform_multiply(&at->to_solid, &own),
-                      .material = material ? material - 1 : at->material,
+                      .material = own_material ? own_material - 1 : at->material,
                       .node = node,
                       .first = i == 0,
                       .subtracted = at->subtracted != taken_off};
@@ -325,6 +326,10 @@ static snell_status compile(compiler *c, uint32_t shape) {
     c->made->part_count = (uint32_t)c->part_count;
     c->made->node_count = (uint32_t)c->node_count;
     c->made->slot_count = (uint32_t)c->slot_count;
+    for (size_t i = 0; i < c->slot_count; i++) {
+        uint32_t index = c->made->slots[i];
+        c->made->textured |= index == NO_ID ? c->set->textured : c->set->materials[index].textured;
+    }
     c->made->bounds = widened(shape_bounds(c->d, shape, &top.to_solid));
     return status;
 }
@@ -336,7 +341,6 @@ snell_status solid_set_compile(solid_set *set, const description *d, uint32_t sh
         compiler c = {.set = set, .d = d, .pool = pool, .made = memory_zeroed(1, sizeof *c.made)};
         if (c.made == NULL) return error_no_memory();
         c.made->spent = &set->spent;
-        c.made->textured = set->textured;
         status = compile(&c, shape);
         if (status)
             destroy_solid(c.made);

@@ -22,8 +22,9 @@ typedef struct solid_set {
     size_t shape_count;
     solid_mesh **meshes;
     size_t mesh_count, mesh_capacity;
-    bool textured;     /* some material looks at texture coordinates */
-    atomic_bool spent; /* a line met more than a solid can hold */
+    const struct material *materials; /* of the scene; borrowed */
+    bool textured;                    /* one of them looks at texture coordinates */
+    atomic_bool spent;                /* a line met more than a solid can hold */
 } solid_set;
 
 snell_status solid_set_create(size_t shape_count, solid_set **out);
