@@ -464,43 +464,54 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         has_uv = mesh->uvs_count != 0;
     }
     bool outside = dvec3_dot(on->n, wo) >= 0;
-    *out = (shade_point){.p = on->p,
-                         .wo = wo,
-                         .n = outside ? on->n : dvec3_negate(on->n),
-                         .ns = outside ? on->ns : dvec3_negate(on->ns),
-                         .outside = outside,
-                         .clearance = on->error,
-                         .instance = id,
-                         .primitive = primitive,
-                         .time = time,
-                         .flat = at->type->flat,
-                         .material = &s->materials[index],
-                         .dpdu = on->dpdu,
-                         .dpdv = on->dpdv,
-                         .curvature = on->curvature,
-                         .at = {.at = {.u = on->u,
-                                       .v = on->v,
-                                       .has_uv = has_uv && !at->type->unbounded,
-                                       .local = local,
-                                       .n = local_n,
-                                       .dpdu = local_u,
-                                       .dpdv = local_v},
-                                .tint = on->tint,
-                                .alpha = on->alpha,
-                                .outside = outside,
-                                .textures = s->textures,
-                                .materials = s->materials}};
+    const dvec3 none = {0, 0, 0};
+    /* One field after the other, as in surface_make. */
+    out->p = on->p;
+    out->wo = wo;
+    out->n = outside ? on->n : dvec3_negate(on->n);
+    out->ns = outside ? on->ns : dvec3_negate(on->ns);
+    out->outside = outside;
+    out->clearance = on->error;
+    out->instance = id;
+    out->primitive = primitive;
+    out->time = time;
+    out->flat = at->type->flat;
+    out->material = &s->materials[index];
+    out->dpdu = on->dpdu;
+    out->dpdv = on->dpdv;
+    out->curvature = on->curvature;
+    out->dpdx = none;
+    out->dpdy = none;
+    out->dndx = none;
+    out->dndy = none;
+    out->has_footprint = false;
+    out->at.tint = on->tint;
+    out->at.alpha = on->alpha;
+    out->at.outside = outside;
+    out->at.textures = s->textures;
+    out->at.materials = s->materials;
+    texture_point *place = &out->at.at;
+    place->u = on->u;
+    place->v = on->v;
+    place->has_uv = has_uv && !at->type->unbounded;
+    place->local = local;
+    place->n = local_n;
+    place->dpdu = local_u;
+    place->dpdv = local_v;
+    place->dpdx = none;
+    place->dpdy = none;
+    place->dudx = 0;
+    place->dvdx = 0;
+    place->dudy = 0;
+    place->dvdy = 0;
     /* A shading normal that faces away from the eye would reflect through the surface. */
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }
 
-ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max) {
-    surface here = surface_make(point->p, point->n, point->clearance);
-    vec3 o = surface_offset_origin(&here, dvec3_dot(point->n, d));
-    ray r = ray_make(o, vec3_from(d), 0, t_max);
-    if (point->flat) {
-        r.skip_instance = point->instance;
-        r.skip_primitive = point->primitive;
-    }
-    return r;
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out) {
+    vec3 o = surface_offset_point(point->p, point->n, point->clearance, dvec3_dot(point->n, d));
+    *out = ray_make(o, vec3_from(d), 0, t_max);
+    if (!point->flat) return;
+    out->skip_instance = point->instance;
+    out->skip_primitive = point->primitive;
 }

@@ -134,6 +134,6 @@ void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d
 /* Bends ns of a point whose material has a normal map or bump; after the footprint. */
 void scene_bend_normal(const scene *s, shade_point *point);
 /* A ray from the point into direction d (any length), on the side of n that d points to. */
-ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max);
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out);
 
 #endif
