@@ -52,8 +52,6 @@ void surface_to_world(surface *s, const transform *to_world, const transform *to
     double length = dvec3_length(n);
     s->error = length > 0 ? local_error / length : local_error;
     s->p = p;
-    s->dpdu = transform_vector(to_world, s->dpdu);
-    s->dpdv = transform_vector(to_world, s->dpdv);
     s->n = dvec3_normalize(n);
     s->ns = dvec3_normalize(transform_normal(to_local, s->ns));
     double cosine = dvec3_dot(s->ns, s->n);

@@ -28,7 +28,7 @@ vec3 surface_offset_origin(const surface *s, double side);
 /* The same from the parts of `s` that it looks at. */
 vec3 surface_offset_point(dvec3 p, dvec3 n, double error, double side);
 
-/* Brings a surface from the shape's own space to the world.
+/* Brings a surface from the shape's own space to the world; all but dpdu, dpdv.
  *
  * Rays are brought to the shape by the float matrix to_local, which is not exactly the inverse of
  * to_world; what they see in the world is the shape under the inverse of to_local. So p is

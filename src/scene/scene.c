@@ -448,14 +448,29 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
 }
 
+/* What only textures and bump look at: most materials have none, and this is most of a point. */
+static void set_place(const scene_instance *at, const surface *local, const surface *world,
+                      bool has_uv, shade_point *out) {
+    const dvec3 none = {0, 0, 0};
+    texture_point *place = &out->at.at;
+    place->u = local->u;
+    place->v = local->v;
+    place->has_uv = has_uv && !at->type->unbounded;
+    place->local = local->p;
+    place->n = local->n;
+    place->dpdu = local->dpdu;
+    place->dpdv = local->dpdv;
+    place->dpdx = none;
+    place->dpdy = none;
+    place->dudx = place->dvdx = place->dudy = place->dvdy = 0;
+    out->dpdu = world->dpdu;
+    out->dpdv = world->dpdv;
+}
+
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out) {
     scene_instance moved;
     const scene_instance *at = scene_posed(&s->instances[id], time, &moved);
-    if (at->type->parametrise && s->materials[at->material].textured)
-        at->type->parametrise(at->shape, on);
-    dvec3 local = on->p, local_n = on->n, local_u = on->dpdu, local_v = on->dpdv;
-    if (!at->identity) surface_to_world(on, &at->to_world, &at->to_local);
     uint32_t index = at->material;
     bool has_uv = true;
     if (at->type->intersect == NULL) {
@@ -463,8 +478,20 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         if (mesh->material_slots_count) index = mesh->materials[on->material_slot].index1 - 1;
         has_uv = mesh->uvs_count != 0;
     }
+    const material *made_of = &s->materials[index];
+    if (made_of->textured) {
+        if (at->type->parametrise) at->type->parametrise(at->shape, on);
+        surface local = *on;
+        if (!at->identity) {
+            surface_to_world(on, &at->to_world, &at->to_local);
+            on->dpdu = transform_vector(&at->to_world, on->dpdu);
+            on->dpdv = transform_vector(&at->to_world, on->dpdv);
+        }
+        set_place(at, &local, on, has_uv, out);
+    } else if (!at->identity) {
+        surface_to_world(on, &at->to_world, &at->to_local);
+    }
     bool outside = dvec3_dot(on->n, wo) >= 0;
-    const dvec3 none = {0, 0, 0};
     /* One field after the other, as in surface_make. */
     out->p = on->p;
     out->wo = wo;
@@ -476,34 +503,14 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
     out->primitive = primitive;
     out->time = time;
     out->flat = at->type->flat;
-    out->material = &s->materials[index];
-    out->dpdu = on->dpdu;
-    out->dpdv = on->dpdv;
+    out->material = made_of;
     out->curvature = on->curvature;
-    out->dpdx = none;
-    out->dpdy = none;
-    out->dndx = none;
-    out->dndy = none;
     out->has_footprint = false;
     out->at.tint = on->tint;
     out->at.alpha = on->alpha;
     out->at.outside = outside;
     out->at.textures = s->textures;
     out->at.materials = s->materials;
-    texture_point *place = &out->at.at;
-    place->u = on->u;
-    place->v = on->v;
-    place->has_uv = has_uv && !at->type->unbounded;
-    place->local = local;
-    place->n = local_n;
-    place->dpdu = local_u;
-    place->dpdv = local_v;
-    place->dpdx = none;
-    place->dpdy = none;
-    place->dudx = 0;
-    place->dvdx = 0;
-    place->dudy = 0;
-    place->dvdy = 0;
     /* A shading normal that faces away from the eye would reflect through the surface. */
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }
