@@ -99,7 +99,8 @@ static snell_status prepare(const void *desc, const texture *textures, void **st
 }
 
 const light_type light_spot = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, spot, "spot", "shines from one point into a cone"),
+    .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, spot, "spot", "shines from one point into a cone",
+                             "intensity|power"),
     .check = check,
     .sample = sample,
     .power = power,

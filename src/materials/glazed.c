@@ -39,7 +39,8 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
 }
 
 const material_type material_glazed = {
-    .info = TYPE_INFO(CATEGORY_MATERIAL, glazed, "glazed", "a mirror coat over another material"),
+    .info = TYPE_INFO_EITHER(CATEGORY_MATERIAL, glazed, "glazed",
+                             "a mirror coat over another material", "reflectance|ior"),
     .check = check,
     .fill = fill,
     .may_gain = true, /* the base does not know of the coat */
