@@ -89,8 +89,9 @@ static void place(const light *l, dvec3 *position, dvec3 *axis, double *cos_spre
     *cos_spread = s->cos_outer;
 }
 
-static snell_status prepare(const void *desc, const texture *textures, void **state) {
-    (void)textures;
+static snell_status prepare(const void *desc, const texture *textures, thread_pool *pool,
+                            void **state) {
+    (void)textures, (void)pool;
     spot_state *s = memory_resize(NULL, 1, sizeof *s);
     if (s == NULL) return error_no_memory();
     *s = state_of(desc);
