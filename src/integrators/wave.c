@@ -134,6 +134,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
     bool straight = w->settings.integrator->one_branch && b.alpha >= 1 && wave_goes_straight_on(&b);
     if (straight) b.lobe_count = 0; /* it only shines */
+    w->at = h;
     w->settings.integrator->hit(w, r, &p, &b);
     if (straight) {
         r->primary = false; /* the surface has covered the pixel, as one that refracts has */

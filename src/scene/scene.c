@@ -78,7 +78,7 @@ static snell_status make_body_material(scene *s, light_body *body) {
 }
 
 /* Lights that are surfaces become shapes with a material; the others are made ready to be sampled. */
-static snell_status freeze_light_objects(scene *s, const object_list *lights) {
+static snell_status freeze_light_objects(scene *s, const object_list *lights, thread_pool *pool) {
     for (size_t i = 0; i < lights->count; i++) {
         const object *o = &lights->items[i];
         const light_type *type = (const light_type *)o->type;
@@ -92,7 +92,7 @@ static snell_status freeze_light_objects(scene *s, const object_list *lights) {
         } else {
             light *l = &s->lights[s->light_count++];
             *l = (light){type, o->desc, NULL, s->textures};
-            if (type->prepare) status = type->prepare(o->desc, s->textures, &l->state);
+            if (type->prepare) status = type->prepare(o->desc, s->textures, pool, &l->state);
         }
         if (status) return status;
     }
@@ -173,6 +173,11 @@ static void freeze_settings(scene *s, const description *d) {
     if (ambient) s->ambient = dvec3_from(((const ambient_desc *)ambient->desc)->color);
     s->brightest_background =
         double_max(dvec3_largest(s->background), dvec3_largest(s->background_top));
+    for (uint32_t i = 0; i < s->light_count; i++) { /* all around; not the small disk of a sun */
+        const light *l = &s->lights[i];
+        if (l->type->brightest)
+            s->brightest_background = double_max(s->brightest_background, l->type->brightest(l));
+    }
 }
 
 /* What shadow rays make of a material: MASK_OPAQUE, MASK_FILTER or MASK_NO_SHADOW. */
@@ -377,7 +382,7 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
     if (s == NULL) return error_no_memory();
     snell_status status = freeze_objects(s, d);
     if (!status) status = prepare_textures(s, pool);
-    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT]);
+    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT], pool);
     if (!status) freeze_settings(s, d);
     if (!status) status = freeze_clock(s, d);
     if (!status) status = freeze_geometry(s, d, options, pool);

@@ -78,7 +78,8 @@ typedef struct scene {
     dvec3 background, background_top, ambient;
     bool has_gradient;
     double background_alpha;
-    double brightest_background; /* its largest component anywhere */
+    double brightest_background; /* its largest component anywhere, or that of an
+                                    environment */
     bool has_filters;            /* some shadow rays pass through surfaces */
     bool has_unshadowing;        /* something casts no shadow */
     bool has_media;
