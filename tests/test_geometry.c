@@ -92,6 +92,35 @@ static bool compare(setting *s, const local_ray *beam, hit *found) {
     return is_hit;
 }
 
+static bool at_edge(const setting *s, const surface *at);
+
+/* The normal is the distance's gradient, by differences; not within a step of where faces meet. */
+static void check_normal(const setting *s, const surface *at) {
+    real step = 1e-6L * s->size, change[3];
+    const vec axes[3] = {{step, 0, 0}, {0, step, 0}, {0, 0, step}};
+    if (at_edge(s, at)) return;
+    for (int i = 0; i < 3; i++)
+        change[i] = s->subject->distance(&s->desc, plus(wide_d(at->p), axes[i])) -
+                    s->subject->distance(&s->desc, minus(wide_d(at->p), axes[i]));
+    vec gradient = times((vec){change[0], change[1], change[2]}, 1 / (2 * step));
+    real off = length(minus(gradient, wide_d(at->n)));
+    if (!(off < 1e-4L + 4 * step * (real)at->curvature))
+        fail_msg("%s: the normal is %Lg off, curvature %g, size %g", s->type->info.name, off,
+                 at->curvature, s->size);
+}
+
+static void check_coordinates(const setting *s, const surface *at) {
+    surface on = *at;
+    if (s->type->parametrise) s->type->parametrise(&s->desc, &on);
+    assert_true(isfinite(on.u) && isfinite(on.v));
+    assert_true(s->type->unbounded || (on.u >= 0 && on.u <= 1 && on.v >= 0 && on.v <= 1));
+    const dvec3 ways[2] = {on.dpdu, on.dpdv};
+    for (int i = 0; i < 2; i++) {
+        double size = dvec3_length(ways[i]);
+        assert_true(isfinite(size) && fabs(dvec3_dot(ways[i], on.n)) <= 1e-6 * size);
+    }
+}
+
 static void check_surface(const setting *s, const surface *at) {
     const double numbers[] = {at->p.x, at->p.y,   at->p.z,   at->n.x,   at->n.y,
                               at->n.z, at->ns.x,  at->ns.y,  at->ns.z,  at->u,
@@ -100,6 +129,8 @@ static void check_surface(const setting *s, const surface *at) {
         assert_true(isfinite(numbers[i]));
     assert_true(at->error >= 0 && fabs(dvec3_length(at->n) - 1) < 1e-14);
     assert_true(dvec3_dot(at->n, at->ns) > 0);
+    check_coordinates(s, at);
+    check_normal(s, at);
     /* The point is on the surface as exactly as its own error says, which is next to nothing. */
     double magnitude = fabs(at->p.x) + fabs(at->p.y) + fabs(at->p.z);
     double exact = 1e-13 * (4 * magnitude + 100 * s->size), ulp = 0x1p-23 * magnitude;
@@ -397,6 +428,84 @@ static void spans_agree_with_sides_and_hits(void **state) {
         span none[SPANS];
         assert_true(s.type->unbounded || s.type->spans(&s.desc, &still, none, SPANS) <= 0);
     }
+}
+
+/* Two rays side by side: the normal turns by what `bend`, or the curvature, says; for shapes that bend
+ * the same in all directions, and those that have a bend of their own. */
+static void bend_says_how_normals_turn(void **state) {
+    (void)state;
+    for (uint32_t i = 0; i < primitive_type_count; i++) {
+        setting s = {.type = primitive_types[i]};
+        bool round = strcmp(s.type->info.name, "sphere") == 0;
+        if (s.type->intersect == NULL || !(s.type->bend || s.type->flat || round)) continue;
+        s.subject = subject_of(s.type);
+        random_state = 4321 + i;
+        long tested = 0, wrong = 0;
+        for (int n = 0; n < 4000; n++) {
+            setting_make(&s, 1, 0);
+            local_ray beam = random_ray(&s, 0, NULL);
+            hit one, two;
+            surface first, second;
+            if (!s.type->intersect(&s.desc, &beam, &one)) continue;
+            s.type->surface(&s.desc, &beam, &one, &first);
+            if (at_edge(&s, &first) || first.curvature > 100) continue;
+            dvec3 o = dvec3_add(first.p, dvec3_scale(first.n, 1e-2)), x, y;
+            dvec3_frame(first.n, &x, &y);
+            double angle = between(0, 2 * PI);
+            dvec3 step =
+                dvec3_add(dvec3_scale(x, cos(angle) * 1e-4), dvec3_scale(y, sin(angle) * 1e-4));
+            beam.d = vec3_from(dvec3_negate(first.n));
+            beam.o = vec3_from(o);
+            if (!s.type->intersect(&s.desc, &beam, &one)) continue;
+            s.type->surface(&s.desc, &beam, &one, &first);
+            beam.o = vec3_from(dvec3_add(o, step));
+            if (!s.type->intersect(&s.desc, &beam, &two)) continue;
+            s.type->surface(&s.desc, &beam, &two, &second);
+            dvec3 dp = dvec3_sub(second.p, first.p), turn = dvec3_sub(second.ns, first.ns);
+            if (dvec3_length(dp) > 1e-3) continue; /* another face */
+            dvec3 said =
+                s.type->bend ? s.type->bend(&s.desc, &one, dp) : dvec3_scale(dp, first.curvature);
+            double off = dvec3_length(dvec3_sub(said, turn)), size = dvec3_length(dp);
+            tested++;
+            wrong += off > 0.02 * (first.curvature + 0.5) * size;
+        }
+        printf("%s: %ld normals, %ld turn otherwise\n", s.type->info.name, tested, wrong);
+        assert_true(tested > 300 && wrong * 100 <= tested);
+    }
+}
+
+/* Every number of every shape: what its range does not allow, and what is no number. */
+static void odd_numbers_are_refused(void **state) {
+    (void)state;
+    long refused = 0;
+    const float odd[] = {NAN, INFINITY, -INFINITY, -1, 0};
+    for (uint32_t i = 0; i < primitive_type_count; i++) {
+        const type_info *info = &primitive_types[i]->info;
+        setting s = {.type = primitive_types[i]};
+        if (s.type->intersect == NULL) continue;
+        s.subject = subject_of(s.type);
+        setting_make(&s, 1, 1);
+        for (uint32_t k = 0; k < info->field_count; k++) {
+            const field *f = &info->fields[k];
+            int parts = f->kind == FIELD_FLOAT ? 1 : f->kind == FIELD_VEC3 ? 3 : 0;
+            for (int part = 0; part < parts; part++)
+                for (int n = 0; n < 5; n++) {
+                    any_desc desc = s.desc;
+                    memcpy(desc.room + f->offset + (size_t)part * sizeof(float), &odd[n],
+                           sizeof(float));
+                    bool allowed = isfinite(odd[n]) && (double)odd[n] >= f->min &&
+                                   !((double)odd[n] == f->min && f->flags & FIELD_OPEN_MIN);
+                    if (allowed && f->flags & FIELD_UNIT_LENGTH) continue; /* 0, 0, 0? */
+                    snell_status status = desc_check(info, &desc, NULL);
+                    assert_int_equal(status == SNELL_OK, allowed);
+                    if (allowed) continue;
+                    refused++;
+                    assert_non_null(strstr(error_last()->text, f->name));
+                    assert_memory_equal(error_last()->text, info->name, strlen(info->name));
+                }
+        }
+    }
+    assert_true(refused > 150);
 }
 
 static void odd_rays_give_no_nan_and_no_hit(void **state) {
@@ -826,6 +935,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_shape_agrees_with_a_slow_solver),
         cmocka_unit_test(spans_agree_with_sides_and_hits),
+        cmocka_unit_test(bend_says_how_normals_turn),
+        cmocka_unit_test(odd_numbers_are_refused),
         cmocka_unit_test(odd_rays_give_no_nan_and_no_hit),
         cmocka_unit_test(reference_intersections),
         cmocka_unit_test(texture_coordinates_lie_as_documented),

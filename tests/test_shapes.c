@@ -207,6 +207,61 @@ static void areas_agree_with_crossing_lines(void **state) {
     }
 }
 
+static void fit(const primitive_type *type, any_desc *desc, const value *given, int count) {
+    desc_init(&type->info, desc);
+    for (int i = 0; i < count; i++) set(type, desc, &given[i], 1);
+}
+
+static void areas_have_their_closed_forms(void **state) {
+    (void)state;
+    any_desc desc;
+    const primitive_type *type = primitive_find("ellipsoid");
+    const value round[] = {{"ellipsoid", "radii", 1.5f, 1.5f, 1.5f}};
+    fit(type, &desc, round, 1);
+    assert_true(fabs(type->area(&desc, 0) - 9 * PI) < 1e-13 * 9 * PI);
+    /* Spheroids: 2 pi a^2 (1 + (1 - e^2) / e artanh e), flat; 2 pi a^2 (1 + c / (a e) asin e), long. */
+    for (int i = 0; i < 40; i++) {
+        double a = (double)(float)exp2(i - 20), expected;
+        const value spheroid[] = {{"ellipsoid", "radii", 1, (float)a, 1}};
+        fit(type, &desc, spheroid, 1);
+        double e = sqrt(a < 1 ? 1 - a * a : 1 - 1 / (a * a));
+        expected = 2 * PI * (a < 1 ? 1 + a * a / e * atanh(e) : 1 + a / e * asin(e));
+        if (e == 0) continue;
+        if (e < 1 && fabs(type->area(&desc, 0) - expected) > 1e-11 * expected)
+            fail_msg("ellipsoid of 1 and %g: %.15g, not %.15g", a, type->area(&desc, 0), expected);
+    }
+    const value stretched[] = {{"ellipsoid", "radii", 0.7f, 0.4f, 1.2f}};
+    fit(type, &desc, stretched, 1);
+    double ellipsoid = type->area(&desc, 0);
+    type = primitive_find("superellipsoid");
+    value super[] = {{"superellipsoid", "radii", 0.7f, 0.4f, 1.2f},
+                     {"superellipsoid", "e1", 1, NAN, 0},
+                     {"superellipsoid", "e2", 1, NAN, 0}};
+    fit(type, &desc, super, 1);
+    assert_true(fabs(type->area(&desc, 0) - ellipsoid) < 1e-7 * ellipsoid);
+    super[1].x = super[2].x = 2; /* an octahedron: eight triangles */
+    fit(type, &desc, super, 3);
+    double x = 0.7, y = 0.4, z = 1.2;
+    double octahedron = 4 * sqrt(x * x * y * y + y * y * z * z + z * z * x * x);
+    assert_true(fabs(type->area(&desc, 0) - octahedron) < 1e-5 * octahedron);
+    super[1].x = super[2].x = 0.015625f; /* nearly its box */
+    fit(type, &desc, super, 3);
+    double box = 8 * (x * y + y * z + z * x);
+    assert_true(fabs(type->area(&desc, 0) - box) < 0.02 * box);
+    super[1].x = 1; /* nearly a cylinder */
+    super[0].z = super[0].x;
+    fit(type, &desc, super, 3);
+    double cylinder = 2 * PI * x * x + 2 * PI * x * 2 * y;
+    assert_true(fabs(type->area(&desc, 0) - cylinder) < 0.02 * cylinder);
+    type = primitive_find("quadric");
+    const value globe[] = {{"quadric", "square", 1, 1, 1}, {"quadric", "constant", -0.64f, NAN, 0}};
+    fit(type, &desc, globe, 2);
+    assert_true(fabs(type->area(&desc, 0) - 4 * PI * 0.64) < 2e-4 * 4 * PI * 0.64);
+    const value tube[] = {{"quadric", "square", 1, 0, 1}, {"quadric", "constant", -0.25f, NAN, 0}};
+    fit(type, &desc, tube, 2);
+    assert_true(fabs(type->area(&desc, 0) - 2 * PI) < 2e-3 * 2 * PI);
+}
+
 /* Which cell of a 4 x 4 x 4 grid in the ball's box, and which side of two planes the normal is on. */
 enum { CELLS = 64 * 4 };
 static int cell_of(const ball *around, const surface *s) {
@@ -654,6 +709,22 @@ static void extreme_proportions_have_no_self_hits(void **state) {
         {{"torus", "center", 3, 1, 2},
          {"torus", "axis", 1, 2, 3},
          {"torus", "minor", 0.9999f, NAN, 0}},
+        {{"capsule", "from", 3, 1, 2},
+         {"capsule", "to", 40, 50, 60},
+         {"capsule", "radius", 0.01f, NAN, 0}},
+        {{"capsule", "from", 3, 1, 2},
+         {"capsule", "to", 3.00001f, 1, 2},
+         {"capsule", "radius", 1, NAN, 0}},
+        {{"ellipsoid", "center", 3, 1, 2}, {"ellipsoid", "radii", 30, 0.01f, 20}},
+        {{"ellipsoid", "center", 3, 1, 2}, {"ellipsoid", "radii", 0.01f, 30, 0.02f}},
+        {{"superellipsoid", "center", 3, 1, 2},
+         {"superellipsoid", "radii", 30, 0.1f, 20},
+         {"superellipsoid", "e1", 0.1f, NAN, 0},
+         {"superellipsoid", "e2", 0.1f, NAN, 0}},
+        {{"superellipsoid", "center", 3, 1, 2},
+         {"superellipsoid", "radii", 1, 2, 1},
+         {"superellipsoid", "e1", 0.015625f, NAN, 0},
+         {"superellipsoid", "e2", 0.015625f, NAN, 0}},
     };
     random_state = 77;
     for (size_t i = 0; i < sizeof extremes / sizeof extremes[0]; i++) {
@@ -661,7 +732,7 @@ static void extreme_proportions_have_no_self_hits(void **state) {
         bool convex = strcmp(type->info.name, "torus") != 0;
         any_desc desc;
         desc_init(&type->info, &desc);
-        for (int k = 0; k < 3; k++) set(type, &desc, &extremes[i][k], 1);
+        for (int k = 0; k < 5 && extremes[i][k].type; k++) set(type, &desc, &extremes[i][k], 1);
         long met = 0, wrong = 0;
         for (int n = 0; n < 40000; n++) {
             double u = uniform(), v = uniform(), slope = n & 1 ? exp2(-40 * uniform()) : 1;
@@ -701,18 +772,27 @@ static void refuse(const primitive_type *type, any_desc *desc, const char *text)
 static void senseless_shapes_are_refused(void **state) {
     (void)state;
     any_desc desc;
-    const value bad[] = {{"cylinder", "to", 0, 0, 0},       {"cylinder", "radius", 0, NAN, 0},
-                         {"cone", "radius", 0, NAN, 0},     {"cone", "to", 1, 0, 0},
-                         {"torus", "minor", 1, NAN, 0},     {"torus", "minor", -1, NAN, 0},
-                         {"cone", "radius_to", -1, NAN, 0}, {"torus", "axis", 0, 0, 0}};
-    const char *const texts[] = {"cylinder: 'from' and 'to' are the same point",
-                                 "cylinder: 'radius' is 0; it must be greater than 0",
-                                 "cone: 'radius' and 'radius_to' are both 0",
-                                 "cone: 'from' and 'to' are the same point",
-                                 "torus: 'minor' is 1; it must be less than 'major', 1",
-                                 "torus: 'minor' is -1; it must be greater than 0",
-                                 "cone: 'radius_to' is -1; it must be at least 0",
-                                 "torus: 'axis' has no length"};
+    const value bad[] = {{"cylinder", "to", 0, 0, 0},        {"cylinder", "radius", 0, NAN, 0},
+                         {"cone", "radius", 0, NAN, 0},      {"cone", "to", 1, 0, 0},
+                         {"torus", "minor", 1, NAN, 0},      {"torus", "minor", -1, NAN, 0},
+                         {"cone", "radius_to", -1, NAN, 0},  {"torus", "axis", 0, 0, 0},
+                         {"capsule", "to", 0, 0, 0},         {"quadric", "max", -1, 2, 2},
+                         {"quadric", "square", 0, 0, 0},     {"superellipsoid", "e1", 0, NAN, 0},
+                         {"superellipsoid", "e2", 3, NAN, 0}};
+    const char *const texts[] = {
+        "cylinder: 'from' and 'to' are the same point",
+        "cylinder: 'radius' is 0; it must be greater than 0",
+        "cone: 'radius' and 'radius_to' are both 0",
+        "cone: 'from' and 'to' are the same point",
+        "torus: 'minor' is 1; it must be less than 'major', 1",
+        "torus: 'minor' is -1; it must be greater than 0",
+        "cone: 'radius_to' is -1; it must be at least 0",
+        "torus: 'axis' has no length",
+        "capsule: 'from' and 'to' are the same point",
+        "quadric: 'min' x is -1 and 'max' x is -1",
+        "quadric: all of 'square', 'mixed' and 'linear' are 0",
+        "superellipsoid: 'e1' is 0; it must be at least 0.015625 and at most 2",
+        "superellipsoid: 'e2' is 3; it must be at least 0.015625 and at most 2"};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         const primitive_type *type = primitive_find(bad[i].type);
         example(type, false, 1, &desc);
@@ -741,6 +821,7 @@ static void senseless_shapes_are_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(areas_agree_with_crossing_lines),
+        cmocka_unit_test(areas_have_their_closed_forms),
         cmocka_unit_test(drawn_points_are_uniform_by_area),
         cmocka_unit_test(drawn_points_lie_on_the_surface),
         cmocka_unit_test(the_middle_of_the_square_is_the_middle),
