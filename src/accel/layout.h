@@ -2,11 +2,12 @@
  * build.
  *
  *     top level: nodes over instances ──▶ instance ──▶ analytic shape: its `intersect`
- *                                            └───────▶ mesh: nodes over triangles ──▶ blocks of 8
+ *                                            ├───────▶ mesh: nodes over triangles ──▶ blocks of 8
+ *                                            └───────▶ parts: nodes over them ──▶ `intersect` of each
  *
- * Both levels have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set:
- * then it is an instance's index (top level; always one instance, so that the child's box is the
- * instance's box) or a block's index and its number of triangles less one. */
+ * All levels have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set: then
+ * it is an instance's or a part's index (always one, so that the child's box is its box) or a block's
+ * index and its number of triangles less one. */
 #ifndef SNELL_ACCEL_LAYOUT_H
 #define SNELL_ACCEL_LAYOUT_H
 
@@ -49,9 +50,9 @@ _Static_assert(sizeof(triangle_block) == 320, "a block is five cache lines");
 
 typedef struct bvh_tree {
     bvh_node *nodes;        /* aligned to 64 */
-    triangle_block *blocks; /* aligned to 64; NULL in the top level */
+    triangle_block *blocks; /* aligned to 64; NULL but in a mesh */
     size_t node_count, block_count;
-    uint32_t root; /* in a mesh it may be a leaf; in the top level it is a node */
+    uint32_t root; /* in a mesh it may be a leaf; elsewhere it is a node */
     bounds3 bounds;
 } bvh_tree;
 
@@ -59,14 +60,14 @@ typedef struct frozen_geometry {
     const primitive_type *type;
     const void *desc;
     bounds3 bounds;
-    bvh_tree tree; /* meshes */
+    bvh_tree tree; /* of a mesh, or over parts */
     bool used;
 } frozen_geometry;
 
 typedef struct frozen_instance {
     const primitive_type *type;
     const void *desc;
-    const bvh_tree *mesh; /* NULL: an analytic shape */
+    const bvh_tree *mesh, *parts; /* NULL, both: a shape of one part, which tests itself */
     uint32_t mask;
     bool identity, flat;
     bounds3 bounds;      /* the shape's, in its own space */

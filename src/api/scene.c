@@ -394,28 +394,6 @@ snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
 
 /* ---- what is in a scene ---- */
 
-static void count_instances(const description *d, snell_scene_stats *out) {
-    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    for (size_t i = 0; i < d->instance_count; i++) {
-        if (d->instances[i].removed) continue;
-        const object *shape = &shapes->items[d->instances[i].shape];
-        bool is_mesh = ((const primitive_type *)shape->type)->intersect == NULL;
-        uint64_t triangles = is_mesh ? mesh_triangle_count(shape->desc) : 0;
-        out->instance_count++;
-        out->triangle_count += triangles;
-        out->primitive_count += is_mesh ? triangles : 1;
-    }
-    for (size_t i = 0; i < shapes->count; i++)
-        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL) {
-            const mesh_desc *mesh = shapes->items[i].desc;
-            out->unique_triangle_count += mesh_triangle_count(mesh);
-            out->memory_geometry +=
-                (mesh->positions_count + mesh->normals_count + mesh->colors_count) * sizeof(vec3) +
-                mesh->uvs_count * sizeof(vec2) + mesh->alphas_count +
-                (mesh->indices_count + mesh->material_slots_count) * sizeof(uint32_t);
-        }
-}
-
 static uint64_t array_bytes(const object *o) {
     uint64_t sum = 0;
     for (uint32_t i = 0; i < o->type->field_count; i++) {
@@ -426,6 +404,24 @@ static uint64_t array_bytes(const object *o) {
         sum += size * count;
     }
     return sum;
+}
+
+static void count_instances(const description *d, snell_scene_stats *out) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    for (size_t i = 0; i < d->instance_count; i++) {
+        if (d->instances[i].removed) continue;
+        const object *shape = &shapes->items[d->instances[i].shape];
+        const primitive_type *type = (const primitive_type *)shape->type;
+        uint64_t count = primitive_count_of(type, shape->desc);
+        out->instance_count++;
+        out->triangle_count += type->intersect ? 0 : count;
+        out->primitive_count += count;
+    }
+    for (size_t i = 0; i < shapes->count; i++) {
+        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL)
+            out->unique_triangle_count += mesh_triangle_count(shapes->items[i].desc);
+        out->memory_geometry += array_bytes(&shapes->items[i]);
+    }
 }
 
 bool description_has_dielectric(const description *d) {

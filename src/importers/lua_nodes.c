@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "geometry/mesh.h"
 #include "geometry/primitive.h"
 
 enum { DEPTH_MAX = 8, LEAVES_MAX = 4 << 20, NAME_SIZE = 256 };
@@ -111,8 +110,8 @@ static void add_bounds(lua_State *L, void *user, const node *leaf, const inherit
     if (type == NULL || type->unbounded || type->bounds == NULL) return;
     transform placed = placement_round(&from->placed);
     *sum = bounds3_union(*sum, transform_bounds(&placed, type->bounds(o->desc)));
-    if (strcmp(o->type->name, "mesh") == 0) /* its bounds are computed anew each time */
-        sandbox_charge(L, ((const mesh_desc *)o->desc)->indices_count / 4);
+    /* Computed anew each time. */
+    sandbox_charge(L, primitive_count_of(type, o->desc));
 }
 
 bounds3 nodes_bounds(lua_State *L, uint32_t index) {

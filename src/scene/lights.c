@@ -21,10 +21,6 @@ static const material *emitter_material(const scene *s, const scene_instance *at
     return &s->materials[mesh->materials[mesh->material_slots[primitive]].index1 - 1];
 }
 
-static uint32_t primitive_count(const scene_instance *at) {
-    return at->type->intersect ? 1 : (uint32_t)mesh_triangle_count(at->shape);
-}
-
 /* Does to_world keep angles: are its columns orthogonal and of one length? */
 static bool keeps_angles(const transform *m) {
     dvec3 c[3];
@@ -43,7 +39,7 @@ static snell_status find_emitters(scene *s) {
         at->similar = at->moves == NULL && keeps_angles(&at->to_world);
         at->first_emitter = (uint32_t)count;
         if (at->type->area == NULL) continue;
-        uint32_t primitives = primitive_count(at);
+        uint32_t primitives = primitive_count_of(at->type, at->shape);
         for (uint32_t k = 0; k < primitives; k++) {
             if (!emitter_material(s, at, k)->shines) continue;
             double area = at->type->area(at->shape, k);
@@ -106,11 +102,7 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
         luminance += LUMINANCE(radiance_at(&p)) / 4;
         b.axis = p.n;
     }
-    bounds3 box;
-    if (at->type->intersect)
-        box = at->type->bounds(at->shape);
-    else
-        box = mesh_triangle_bounds(at->shape, e->primitive);
+    bounds3 box = primitive_bounds_of(at->type, at->shape, e->primitive);
     if (at->moves)
         box = motion_bounds(at->moves, box);
     else if (!at->identity)
@@ -294,7 +286,7 @@ bool scene_sample_light(const scene *s, uint32_t index, dvec3 p, dvec3 eye, floa
 /* A flat shape shines from its middle, and so does one that is sampled as it is seen. */
 static bool has_middle(const scene *s, const scene_instance *at) {
     bool seen_whole = at->type->flat || (at->similar && at->type->sample_toward);
-    return at->type->intersect == NULL || (seen_whole && !s->materials[at->material].textured);
+    return at->type->primitive_count || (seen_whole && !s->materials[at->material].textured);
 }
 
 uint32_t scene_light_center_count(const scene *s, uint32_t index) {

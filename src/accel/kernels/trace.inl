@@ -315,28 +315,79 @@ INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32
 
 /* ---- instances ---- */
 
-/* A shape that tests itself. Its roots are asked for in turn until one comes after the hit that the
- * ray walks on from; without walking on that is the first. */
+/* A shape that tests itself, or a part of it. Its roots are asked for in turn until one comes after
+ * the hit that the ray walks on from; without walking on that is the first. */
 INLINE bool trace_analytic(query *q, const prepared *p, const frozen_instance *in, uint32_t index,
-                           float floor_t, const bool any) {
+                           uint32_t part, float floor_t, const bool any) {
     const ray *r = q->ray;
-    if (in->flat && index == r->skip_instance && r->skip_primitive == 0) return false;
+    if (in->flat && index == r->skip_instance && part == r->skip_primitive) return false;
     q->counters.primitives++;
     local_ray local = {
         {p->o[0], p->o[1], p->o[2]}, {p->d[0], p->d[1], p->d[2]}, r->t_min, r->t_max};
     for (;;) {
-        hit found = {0};
+        hit found = {.primitive = part};
         if (!in->type->intersect(in->desc, &local, &found)) return false;
         float t = float_max(floor_t, found.t);
         if (!(t > r->t_min && t < r->t_max)) return false;
-        if (comes_after(r, t, index, 0)) {
+        if (comes_after(r, t, index, part)) {
             if (any) return true;
-            if (beats_best(q, t, index, 0)) take(q, t, found.u, found.v, index, 0);
+            if (beats_best(q, t, index, part)) take(q, t, found.u, found.v, index, part);
             return false;
         }
         if (!(found.t > local.t_min)) return false; /* a shape that broke its contract */
         local.t_min = found.t;
     }
+}
+
+/* Out of line: the mesh traversal exists once for each kind of question. */
+static bool visit_closest(query *q, const prepared *world, const accel *a, uint32_t index,
+                          float floor_t, bool bounded);
+static bool visit_any(query *q, const prepared *world, const accel *a, uint32_t index,
+                      float floor_t, bool bounded);
+
+INLINE bool visit_instance(query *q, const prepared *world, const accel *a, uint32_t index,
+                           float floor_t, bool bounded, const bool any) {
+    return any ? visit_any(q, world, a, index, floor_t, bounded)
+               : visit_closest(q, world, a, index, floor_t, bounded);
+}
+
+/* Through a tree with one thing in each leaf: an instance; or, where `in` is not NULL, a part of it,
+ * which has the number `index`. */
+INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const accel *a,
+                      const frozen_instance *in, uint32_t index, float floor_t, const bool any) {
+    if (tree->node_count == 0) return false;
+    uint64_t stack[BVH_STACK_SIZE], *top = stack;
+    const slabs8 slabs = widen_slabs(p);
+    uint64_t item = stack_item(p->t_min, tree->root);
+    for (;;) {
+        uint32_t reference = (uint32_t)item, leaf = reference & ~BVH_LEAF;
+        if (reference & BVH_LEAF) {
+            float low = item_entry(item);
+            if (in ? trace_analytic(q, p, in, index, leaf, float_max(low, floor_t), any)
+                   : visit_instance(q, p, a, leaf, low, true, any))
+                return true;
+        } else {
+            const bvh_node *node = &tree->nodes[reference];
+            f8 entry;
+            unsigned mask = test_children(&slabs, node, q->best_t, &entry);
+            q->counters.nodes++;
+            q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
+            if (mask != 0) {
+                item = push_children(&top, node, entry, mask);
+                continue;
+            }
+        }
+        do {
+            if (top == stack) return false;
+            item = *--top;
+        } while (item_entry(item) > q->best_t);
+    }
+}
+
+static __attribute__((noinline)) bool trace_parts(query *q, const prepared *p, const accel *a,
+                                                  uint32_t index, float floor_t, const bool any) {
+    const frozen_instance *in = &a->instances[index];
+    return walk_tree(q, p, in->parts, a, in, index, floor_t, any);
 }
 
 /* floor_t: the entry of the instance's box in the world (t_min without one). */
@@ -359,15 +410,15 @@ INLINE bool trace_instance(query *q, const prepared *world, const accel *a, uint
         p = &local;
     }
     if (in->mesh) return trace_mesh(q, p, in->mesh, index, floor_t, any);
+    if (in->parts) return trace_parts(q, p, a, index, floor_t, any);
     if (bounded && !in->identity) {
         float entry;
         if (!test_box(p, &in->bounds, &entry)) return false;
         floor_t = float_max(entry, floor_t);
     }
-    return trace_analytic(q, p, in, index, floor_t, any);
+    return trace_analytic(q, p, in, index, 0, floor_t, any);
 }
 
-/* Out of line: the mesh traversal exists once for each kind of question. */
 static __attribute__((noinline)) bool visit_closest(query *q, const prepared *world, const accel *a,
                                                     uint32_t index, float floor_t, bool bounded) {
     return trace_instance(q, world, a, index, floor_t, bounded, false);
@@ -378,40 +429,10 @@ static __attribute__((noinline)) bool visit_any(query *q, const prepared *world,
     return trace_instance(q, world, a, index, floor_t, bounded, true);
 }
 
-INLINE bool visit_instance(query *q, const prepared *world, const accel *a, uint32_t index,
-                           float floor_t, bool bounded, const bool any) {
-    return any ? visit_any(q, world, a, index, floor_t, bounded)
-               : visit_closest(q, world, a, index, floor_t, bounded);
-}
-
 INLINE bool trace_top(query *q, const prepared *world, const accel *a, const bool any) {
     for (size_t i = 0; i < a->unbounded_count; i++)
         if (visit_instance(q, world, a, a->unbounded[i], world->t_min, false, any)) return true;
-    if (a->top.node_count == 0) return false;
-    uint64_t stack[BVH_STACK_SIZE], *top = stack;
-    const slabs8 slabs = widen_slabs(world);
-    uint64_t item = stack_item(world->t_min, a->top.root);
-    for (;;) {
-        uint32_t reference = (uint32_t)item;
-        if (reference & BVH_LEAF) {
-            if (visit_instance(q, world, a, reference & ~BVH_LEAF, item_entry(item), true, any))
-                return true;
-        } else {
-            const bvh_node *node = &a->top.nodes[reference];
-            f8 entry;
-            unsigned mask = test_children(&slabs, node, q->best_t, &entry);
-            q->counters.nodes++;
-            q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
-            if (mask != 0) {
-                item = push_children(&top, node, entry, mask);
-                continue;
-            }
-        }
-        do {
-            if (top == stack) return false;
-            item = *--top;
-        } while (item_entry(item) > q->best_t);
-    }
+    return walk_tree(q, world, &a->top, a, NULL, 0, world->t_min, any);
 }
 
 static void add_counters(trace_counters *to, const trace_counters *from) {
