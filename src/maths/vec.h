@@ -131,6 +131,10 @@ static inline dvec3 transform_normal(const transform *inverse, dvec3 n) {
 bounds3 transform_bounds(const transform *m,
                          bounds3 b); /* of the eight corners, rounded outwards; empty stays empty */
 
+/* The box of transform_bounds(to_world, b), widened so that it holds for rays too, which are rounded in
+ * both spaces and come by to_local, the rounded inverse; empty stays empty. */
+bounds3 transform_bounds_widened(const transform *to_world, const transform *to_local, bounds3 b);
+
 /* The float before and after a finite x. */
 float float_below(float x);
 float float_above(float x);

@@ -281,7 +281,7 @@ static void freeze_bodies(scene *s, uint32_t shape_count, accel_geometry *geomet
     for (uint32_t i = 0; i < s->body_count; i++) {
         const light_shape *shape = &s->bodies[i].shape;
         uint32_t index = s->instance_count++;
-        geometries[shape_count + i] = (accel_geometry){shape->type, shape->desc};
+        geometries[shape_count + i] = (accel_geometry){.type = shape->type, .desc = shape->desc};
         s->instances[index] = (scene_instance){.type = shape->type,
                                                .shape = shape->desc,
                                                .shape_index = NO_ID,
@@ -316,8 +316,8 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
     if (!status) status = freeze_instances(s, d, instances);
     if (!status) {
         for (size_t i = 0; i < shapes->count; i++)
-            geometries[i] = (accel_geometry){(const primitive_type *)shapes->items[i].type,
-                                             shapes->items[i].desc};
+            geometries[i] = (accel_geometry){.type = (const primitive_type *)shapes->items[i].type,
+                                             .desc = shapes->items[i].desc};
         freeze_bodies(s, (uint32_t)shapes->count, geometries, instances);
         accel_input input = {geometries, shapes->count + s->body_count, instances,
                              s->instance_count};
