@@ -35,8 +35,6 @@ typedef struct accel_geometry {
     size_t part_count;
 } accel_geometry;
 
-enum { GROUP_DEPTH_MAX = 8 }; /* groups in groups */
-
 typedef struct accel_instance {
     uint32_t geometry;
     uint32_t mask; /* a ray sees it if (ray.mask & mask) != 0 */

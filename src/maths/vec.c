@@ -44,6 +44,31 @@ transform transform_multiply(const transform *a, const transform *b) {
     return out;
 }
 
+dtransform dtransform_from(const transform *t) {
+    dtransform p;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) p.m[i][j] = (double)t->m[i][j];
+    return p;
+}
+
+dtransform dtransform_multiply(const dtransform *a, const dtransform *b) {
+    dtransform out;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) {
+            double sum = j == 3 ? a->m[i][3] : 0;
+            for (int k = 0; k < 3; k++) sum += a->m[i][k] * b->m[k][j];
+            out.m[i][j] = sum;
+        }
+    return out;
+}
+
+transform dtransform_round(const dtransform *p) {
+    transform t;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) t.m[i][j] = (float)p->m[i][j];
+    return t;
+}
+
 double transform_determinant(const transform *t) {
     double m[3][3];
     for (int i = 0; i < 3; i++)
