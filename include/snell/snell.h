@@ -128,6 +128,9 @@ typedef struct snell_context_desc {
     void *user;
     uint32_t thread_count; /* 0: the CPUs this process may use, cgroup limit included */
     snell_isa isa_max;     /* the picture does not depend on it */
+    /* Bytes that a commit may take for the geometry of a scene, stated before it is taken (stats'
+     * memory_planned): more is SNELL_ERR_MEMORY. 0: not limited. */
+    uint64_t memory_max;
 } snell_context_desc;
 
 static inline snell_context_desc snell_context_desc_init(size_t struct_size) {
@@ -324,6 +327,8 @@ typedef struct snell_scene_stats {
     uint64_t unique_triangle_count;
     uint32_t shape_count, material_count, texture_count, light_count, camera_count, param_count;
     uint64_t memory_geometry, memory_accel, memory_textures; /* bytes; accel: 0 before a commit */
+    uint64_t memory_planned; /* that a commit takes for geometry at most, if no group is drawn with
+                                several materials of its instances */
     bool has_emission, has_background, has_ambient, has_dielectric;
 } snell_scene_stats;
 SNELL_API snell_status snell_scene_get_stats(

@@ -395,7 +395,8 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
     if (status) return status;
     commit_progress forward = {progress, user};
     scene_options options = {
-        .accel = {.progress = progress ? report_build : NULL, .user = &forward}};
+        .accel = {.progress = progress ? report_build : NULL, .user = &forward},
+        .memory_max = s->context->memory_max};
     scene *frozen;
     status = scene_freeze(s->description, &options, s->context->pool, &frozen);
     if (!status) {
@@ -522,6 +523,7 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
                                .has_background = description_setting(d, "background") != NULL,
                                .has_ambient = description_setting(d, "ambient") != NULL};
     status = count_instances(d, out);
+    out->memory_planned = scene_plan_memory(d);
     for (size_t i = 0; i < d->objects[CATEGORY_TEXTURE].count; i++)
         out->memory_textures += array_bytes(&d->objects[CATEGORY_TEXTURE].items[i]);
     if (s->frozen) {

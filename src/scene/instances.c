@@ -2,6 +2,8 @@
 
 #include <stdlib.h>
 
+#include "accel/layout.h"
+
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "scene/lights.h"
@@ -306,6 +308,58 @@ static snell_status freeze_world(freezing *f) {
     return SNELL_OK;
 }
 
+/* ---- memory, stated before it is taken ---- */
+
+/* A level's node has two children or more: with 16 instances that is 9 nodes, and no number needs
+ * more for each. A tree is built from references, in parts that grow by doubling, and copied. */
+enum { NODES_BYTES = 9 * sizeof(bvh_node) / 16, BUILD_BYTES = 32 + 2 * NODES_BYTES };
+enum { TRIANGLE_BYTES = 75, TRIANGLE_BUILD_BYTES = 32 + 2 * TRIANGLE_BYTES };
+enum {
+    /* Arrays that grow are up to twice as long, and are copied while they do. */
+    PART_BYTES = 3 * (sizeof(scene_instance) + sizeof(uint32_t) + sizeof(accel_instance)) +
+                 sizeof(frozen_instance) + sizeof(uint32_t) + NODES_BYTES
+};
+
+/* parts: instances of the world and of groups; largest: of those the most in one. */
+static uint64_t plan(const description *d, uint64_t parts, uint64_t largest) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    uint64_t triangles = 0, most = 0;
+    for (size_t i = 0; i < shapes->count; i++) {
+        if (((const primitive_type *)shapes->items[i].type)->intersect) continue;
+        uint64_t count = mesh_triangle_count(shapes->items[i].desc);
+        triangles += count;
+        if (count > most) most = count;
+    }
+    return (1u << 16) + shapes->count * (sizeof(frozen_geometry) + sizeof(accel_geometry)) +
+           parts * PART_BYTES + largest * BUILD_BYTES + triangles * TRIANGLE_BYTES +
+           most * TRIANGLE_BUILD_BYTES;
+}
+
+uint64_t scene_plan_memory(const description *d) {
+    uint64_t parts = 0, largest = 0;
+    part_lists lists;
+    if (part_lists_make(d, &lists) == SNELL_OK)
+        for (size_t g = 0; g <= d->objects[CATEGORY_SHAPE].count; g++) {
+            uint32_t count = lists.begin[g + 1] - lists.begin[g];
+            parts += count;
+            if (count > largest) largest = count;
+        }
+    part_lists_free(&lists);
+    return plan(d, parts, largest);
+}
+
+static snell_status check_plan(const freezing *f, uint64_t memory_max) {
+    const scene *s = f->s;
+    uint64_t largest = s->instance_count;
+    for (uint32_t i = 0; i < s->group_count; i++)
+        if (s->groups[i].part_count > largest) largest = s->groups[i].part_count;
+    uint64_t planned = plan(f->d, s->part_count, largest);
+    if (memory_max == 0 || planned <= memory_max) return SNELL_OK;
+    return error_set(SNELL_ERR_MEMORY, "allow more, or draw one group often",
+                     "the scene's geometry needs up to %.1f MiB, %.1f MiB are allowed",
+                     (double)planned * 0x1p-20, (double)memory_max * 0x1p-20);
+}
+
 static snell_status build_accel(const freezing *f, const accel_options *options,
                                 thread_pool *pool) {
     scene *s = f->s;
@@ -332,6 +386,7 @@ snell_status scene_freeze_geometry(scene *s, const description *d, const scene_o
                                    thread_pool *pool) {
     freezing f = {.s = s, .d = d};
     snell_status status = freeze_world(&f);
+    if (!status) status = check_plan(&f, options->memory_max);
     if (!status) status = build_accel(&f, &options->accel, pool);
     if (!status) s->bounds = accel_bounds(s->accel);
     free(f.placed);

@@ -111,7 +111,13 @@ typedef struct scene {
 
 typedef struct scene_options {
     accel_options accel;
+    uint64_t memory_max; /* bytes that freezing the geometry may take; 0: not limited */
 } scene_options;
+
+/* What freezing the geometry takes at most, with what is left of it, in bytes; without the description
+ * and without lights. Each group is counted once, though it is frozen for each way in which materials
+ * reach it from outside. For a mesh it is what trees of meshes take in practice, with a third more. */
+uint64_t scene_plan_memory(const description *d);
 
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out);
