@@ -16,7 +16,7 @@ static void convert_hit(const snell_scene *s, const ray *r, const hit *in, snell
     shade_point p;
     scene_shade_point(s->frozen, r, in, &p);
     const scene *frozen = s->frozen;
-    scene_path path;
+    shape_path path;
     scene_find_path(frozen, in->instance, r->time, &path);
     uint32_t index = frozen->instance_ids[path.levels[0] - frozen->instances];
     out->t = in->t;
@@ -69,7 +69,7 @@ snell_status snell_scene_get_path(const snell_scene *s, const snell_hit *found,
         status = error_set(SNELL_ERR_ARGUMENT, "pass what snell_scene_intersect wrote",
                            "a miss, or a hit of another commit");
     } else {
-        scene_path way;
+        shape_path way;
         scene_find_path(frozen, found->number, 0, &way);
         for (uint32_t i = 0; i < way.count; i++) {
             uint32_t id = frozen->instance_ids[way.levels[i] - frozen->instances];

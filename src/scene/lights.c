@@ -98,7 +98,7 @@ static dvec3 radiance_at(const shade_point *p) {
 /* Brightness and place of an emitter, from its middle and three points about it. */
 static light_bounds bound_emitter(const scene *s, const emitter *e) {
     static const sample2 places[4] = {{0.5, 0.5}, {0.2, 0.3}, {0.8, 0.4}, {0.4, 0.85}};
-    scene_path path;
+    shape_path path;
     scene_instance room;
     scene_find_path(s, e->instance, 0, &path);
     const scene_instance *at = scene_posed(s, e->instance, 0, &room);
@@ -126,7 +126,7 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
         box = at->type->bounds(at->shape);
     else
         box = mesh_triangle_bounds(at->shape, e->primitive);
-    box = scene_path_bounds(&path, box);
+    box = shape_path_bounds(&path, box);
     b.low = dvec3_from(box.min);
     b.high = dvec3_from(box.max);
     b.power = PI * luminance * e->area * scale * (b.two_sided ? 2 : 1);

@@ -36,7 +36,7 @@ const scene_instance *scene_find_part(const scene *s, uint32_t number) {
     return levels[find_levels(s, number, levels) - 1];
 }
 
-void scene_find_path(const scene *s, uint32_t number, float time, scene_path *out) {
+void scene_find_path(const scene *s, uint32_t number, float time, shape_path *out) {
     out->count = find_levels(s, number, out->levels);
     for (uint32_t i = 0; i < out->count; i++) {
         const scene_instance *at = out->levels[i];
@@ -46,7 +46,7 @@ void scene_find_path(const scene *s, uint32_t number, float time, scene_path *ou
     }
 }
 
-local_ray scene_path_ray(const scene_path *path, const ray *r) {
+local_ray shape_path_ray(const shape_path *path, const ray *r) {
     dvec3 o = dvec3_from(r->o), d = dvec3_from(r->d);
     for (uint32_t i = 0; i < path->count; i++) {
         if (path->levels[i]->identity) continue;
@@ -58,7 +58,7 @@ local_ray scene_path_ray(const scene_path *path, const ray *r) {
 
 /* Level by level. A shift in the parent's space is at most |to_local| (Frobenius) times as long here,
  * and what a curve then takes along n counts 1 / |N| there: so much more curved it is. */
-void scene_path_surface(const scene_path *path, surface *on) {
+void shape_path_surface(const shape_path *path, surface *on) {
     double own = on->curvature;
     for (uint32_t i = path->count; i-- > 0;) {
         if (path->levels[i]->identity) continue;
@@ -73,7 +73,7 @@ void scene_path_surface(const scene_path *path, surface *on) {
     on->curvature = own;
 }
 
-bounds3 scene_path_bounds(const scene_path *path, bounds3 box) {
+bounds3 shape_path_bounds(const shape_path *path, bounds3 box) {
     for (uint32_t i = path->count; i-- > 0;) {
         const scene_instance *at = path->levels[i];
         if (at->moves)
@@ -85,7 +85,7 @@ bounds3 scene_path_bounds(const scene_path *path, bounds3 box) {
 }
 
 /* Matrices composed in double and rounded once: near enough for all but the rays themselves. */
-static void compose(const scene_path *path, scene_instance *out) {
+static void compose(const shape_path *path, scene_instance *out) {
     dtransform to_world = dtransform_from(&path->to_world[0]),
                to_local = dtransform_from(&path->to_local[0]);
     *out = *path->levels[path->count - 1];
@@ -109,7 +109,7 @@ static void compose(const scene_path *path, scene_instance *out) {
 const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
                                   scene_instance *room) {
     if (s->group_count) {
-        scene_path path;
+        shape_path path;
         scene_find_path(s, number, time, &path);
         compose(&path, room);
         return room;

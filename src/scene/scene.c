@@ -278,9 +278,9 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     const scene_instance *at;
     local_ray beam;
     if (s->group_count) {
-        scene_path path;
+        shape_path path;
         scene_find_path(s, h->instance, r->time, &path);
-        beam = scene_path_ray(&path, r);
+        beam = shape_path_ray(&path, r);
         at = path.levels[path.count - 1];
     } else {
         at = scene_posed(s, h->instance, r->time, &room);
@@ -296,7 +296,7 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
                          dvec3 wo, shade_point *out) {
     scene_instance room;
     const scene_instance *at;
-    scene_path path = {.count = 0};
+    shape_path path = {.count = 0};
     if (s->group_count) {
         scene_find_path(s, id, time, &path);
         at = path.levels[path.count - 1];
@@ -307,7 +307,7 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         at->type->parametrise(at->shape, on);
     dvec3 local = on->p, local_n = on->n, local_u = on->dpdu, local_v = on->dpdv;
     if (path.count)
-        scene_path_surface(&path, on);
+        shape_path_surface(&path, on);
     else if (!at->identity)
         surface_to_world(on, &at->to_world, &at->to_local);
     uint32_t index = at->material;

@@ -128,24 +128,24 @@ dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 /* When a camera's shutter opens and closes, in seconds on the scene's clock. */
 void scene_shutter(const description *d, const camera_common *camera, double out[2]);
 /* The instances on the way down to a shape, the world's first, as they stand at a time. */
-typedef struct scene_path {
+typedef struct shape_path {
     uint32_t count;
     const scene_instance *levels[GROUP_DEPTH_MAX + 1];
     transform to_world[GROUP_DEPTH_MAX + 1], to_local[GROUP_DEPTH_MAX + 1]; /* one level up, down */
-} scene_path;
-void scene_find_path(const scene *s, uint32_t number, float time, scene_path *out);
+} shape_path;
+void scene_find_path(const scene *s, uint32_t number, float time, shape_path *out);
 /* The ray in the shape's own space, as the kernels see it; a surface of the shape in the world. */
-local_ray scene_path_ray(const scene_path *path, const ray *r);
-void scene_path_surface(const scene_path *path, surface *on);
+local_ray shape_path_ray(const shape_path *path, const ray *r);
+void shape_path_surface(const shape_path *path, surface *on);
 /* The box that holds a box of the shape's own space wherever it moves. */
-bounds3 scene_path_bounds(const scene_path *path, bounds3 own);
+bounds3 shape_path_bounds(const shape_path *path, bounds3 own);
 /* What shape `number` is, without its place: the last of its path. */
 const scene_instance *scene_find_part(const scene *s, uint32_t number);
 static inline const scene_instance *scene_part(const scene *s, uint32_t number) {
     return s->group_count ? scene_find_part(s, number) : &s->instances[number];
 }
 /* Shape `number` as it stands at a time in the world: itself, or where it moves or is in a group *room,
- * made from it. (A group's rays go down level by level: scene_path.) */
+ * made from it. (A group's rays go down level by level: shape_path.) */
 const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
                                   scene_instance *room);
 /* Where the shape is at the time. */
