@@ -9,18 +9,19 @@
 #include "base/memory.h"
 #include "simd/cpu.h"
 
-/* Meshes of fewer triangles are built several at a time, each by one thread. */
-enum { SMALL_MESH = 16384, LEAF_SIZE_DEFAULT = 8 };
+/* Shapes of fewer parts are built several at a time, each by one thread. */
+enum { SMALL_TREE = 16384, LEAF_SIZE_DEFAULT = 8 };
 
-typedef struct mesh_builds {
+typedef struct tree_builds {
     accel *accel;
     const uint32_t *geometries; /* which */
     snell_status *status;       /* of each */
     const accel_options *options;
     build_progress *progress;
-} mesh_builds;
+} tree_builds;
 
 static bool is_mesh(const primitive_type *type) { return type->intersect == NULL; }
+static bool has_tree(const primitive_type *type) { return type->primitive_count != NULL; }
 
 static uint32_t leaf_size(const accel_options *options) {
     uint32_t size = options ? options->leaf_size : 0;
@@ -28,46 +29,51 @@ static uint32_t leaf_size(const accel_options *options) {
     return size < BVH_WIDTH ? size : BVH_WIDTH;
 }
 
-static snell_status build_mesh(frozen_geometry *g, const accel_options *options,
-                               build_progress *progress, thread_pool *pool, bool reports) {
-    const mesh_desc *mesh = g->desc;
-    build_reference *references = build_mesh_references(mesh, &g->bounds);
-    if (references == NULL) return SNELL_ERR_MEMORY;
-    build_job job = {references,         mesh_triangle_count(mesh),   mesh,
-                     leaf_size(options), options ? options->seed : 0, progress};
+static snell_status build_geometry(frozen_geometry *g, const accel_options *options,
+                                   build_progress *progress, thread_pool *pool, bool reports) {
+    const mesh_desc *mesh = is_mesh(g->type) ? g->desc : NULL;
+    build_job job = {.mesh = mesh,
+                     .leaf_size = mesh ? leaf_size(options) : 1,
+                     .seed = options ? options->seed : 0,
+                     .progress = progress};
+    if (mesh)
+        job.references = build_mesh_references(mesh, &job.count, &g->bounds);
+    else
+        job.references = build_part_references(g->type, g->desc, &job.count, &g->bounds);
+    if (job.references == NULL) return SNELL_ERR_MEMORY;
     snell_status status = job.count ? build_tree(&job, pool, reports, &g->tree) : SNELL_OK;
-    free(references);
+    free(job.references);
     return status;
 }
 
-static void build_small_mesh(void *data, size_t index, uint32_t worker) {
-    mesh_builds *m = data;
-    if (atomic_load(&m->progress->stop))
-        m->status[index] = SNELL_CANCELLED;
+static void build_small_tree(void *data, size_t index, uint32_t worker) {
+    tree_builds *t = data;
+    if (atomic_load(&t->progress->stop))
+        t->status[index] = SNELL_CANCELLED;
     else
-        m->status[index] = build_mesh(&m->accel->geometries[m->geometries[index]], m->options,
-                                      m->progress, NULL, worker == 0);
+        t->status[index] = build_geometry(&t->accel->geometries[t->geometries[index]], t->options,
+                                          t->progress, NULL, worker == 0);
 }
 
 /* The small ones side by side, the large ones one after the other with all threads each. */
-static snell_status build_meshes(accel *a, const accel_options *options, build_progress *progress,
-                                 thread_pool *pool) {
+static snell_status build_trees(accel *a, const accel_options *options, build_progress *progress,
+                                thread_pool *pool) {
     uint32_t *small = memory_resize(NULL, a->geometry_count, sizeof *small);
     snell_status *results = memory_zeroed(a->geometry_count, sizeof *results);
     snell_status status = small && results ? SNELL_OK : SNELL_ERR_MEMORY;
     size_t small_count = 0;
     for (size_t i = 0; i < a->geometry_count && status == SNELL_OK; i++) {
         frozen_geometry *g = &a->geometries[i];
-        if (!g->used || g->type == NULL || !is_mesh(g->type)) continue;
-        if (mesh_triangle_count(g->desc) < SMALL_MESH)
+        if (!g->used || g->type == NULL || !has_tree(g->type)) continue;
+        if (primitive_count_of(g->type, g->desc) < SMALL_TREE)
             small[small_count++] = (uint32_t)i;
         else
-            status = build_mesh(g, options, progress, pool, true);
+            status = build_geometry(g, options, progress, pool, true);
     }
     if (status == SNELL_OK) {
-        mesh_builds m = {a, small, results, options, progress};
-        if (pool) thread_pool_run(pool, small_count, build_small_mesh, &m);
-        for (size_t i = 0; i < small_count && !pool; i++) build_small_mesh(&m, i, 0);
+        tree_builds t = {a, small, results, options, progress};
+        if (pool) thread_pool_run(pool, small_count, build_small_tree, &t);
+        for (size_t i = 0; i < small_count && !pool; i++) build_small_tree(&t, i, 0);
     }
     for (size_t i = 0; i < small_count && status == SNELL_OK; i++) status = results[i];
     free(small);
@@ -126,7 +132,7 @@ static snell_status copy_geometries(accel *a, const accel_input *input) {
         frozen_geometry *g = &a->geometries[i];
         if (g->type == NULL && g->used)
             mark_used(a, input->geometries[i].parts, input->geometries[i].part_count);
-        if (g->type && !is_mesh(g->type) && !g->type->unbounded)
+        if (g->type && !has_tree(g->type) && !g->type->unbounded)
             g->bounds = g->type->bounds(g->desc);
     }
     return SNELL_OK;
@@ -168,10 +174,12 @@ static snell_status copy_instances(const accel *a, const accel_instance *instanc
         const accel_instance *from = &instances[i];
         const frozen_geometry *g = &a->geometries[from->geometry];
         bool is_group = g->type == NULL;
+        bool in_parts = !is_group && has_tree(g->type) && !is_mesh(g->type);
         level->instances[i] =
             (frozen_instance){.type = g->type,
                               .desc = g->desc,
                               .mesh = !is_group && is_mesh(g->type) ? &g->tree : NULL,
+                              .parts = in_parts ? &g->tree : NULL,
                               .group = is_group ? &g->level : NULL,
                               .mask = from->mask,
                               .first = (uint32_t)first,
@@ -233,11 +241,11 @@ static snell_status build_all(accel *a, const accel_input *input, const accel_op
         if (!g->used) continue;
         if (g->type == NULL)
             progress.total += input->geometries[i].part_count;
-        else if (is_mesh(g->type))
-            progress.total += mesh_triangle_count(g->desc);
+        else if (has_tree(g->type))
+            progress.total += primitive_count_of(g->type, g->desc);
     }
     snell_status status = build_progress_report(&progress) ? SNELL_OK : SNELL_CANCELLED;
-    if (status == SNELL_OK) status = build_meshes(a, options, &progress, pool);
+    if (status == SNELL_OK) status = build_trees(a, options, &progress, pool);
     if (status == SNELL_OK) status = build_groups(a, input, options, &progress, pool);
     if (status == SNELL_OK)
         status = build_level(a, input->instances, input->instance_count, false, options, &progress,

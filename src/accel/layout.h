@@ -3,11 +3,12 @@
  *
  *     the world: nodes over instances ──▶ instance ──▶ analytic shape: its `intersect`
  *                                            ├───────▶ mesh: nodes over triangles ──▶ blocks of 8
+ *                                            ├───────▶ parts: nodes over them ──▶ `intersect` of each
  *                                            └───────▶ group: again nodes over instances
  *
- * All have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set:
- * then it is an instance's index (world and groups; always one instance, so that the child's box is
- * the instance's box) or a block's index and its number of triangles less one. */
+ * All have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set: then it is
+ * an instance's or a part's index (always one, so that the child's box is its box) or a block's index
+ * and its number of triangles less one. */
 #ifndef SNELL_ACCEL_LAYOUT_H
 #define SNELL_ACCEL_LAYOUT_H
 
@@ -50,7 +51,7 @@ _Static_assert(sizeof(triangle_block) == 320, "a block is five cache lines");
 
 typedef struct bvh_tree {
     bvh_node *nodes;        /* aligned to 64 */
-    triangle_block *blocks; /* aligned to 64; NULL in the world and in groups */
+    triangle_block *blocks; /* aligned to 64; NULL but in a mesh */
     size_t node_count, block_count;
     uint32_t root; /* in a mesh it may be a leaf; elsewhere it is a node */
     bounds3 bounds;
@@ -61,7 +62,8 @@ struct frozen_level;
 typedef struct frozen_instance {
     const primitive_type *type; /* NULL: a group */
     const void *desc;
-    const bvh_tree *mesh;             /* NULL: an analytic shape or a group */
+    const bvh_tree *mesh,
+        *parts; /* NULL, both: a shape of one part, which tests itself; or a group */
     const struct frozen_level *group; /* NULL: a shape */
     uint32_t mask;
     uint32_t first; /* number of the first shape in here, counted in its level */
@@ -84,7 +86,7 @@ typedef struct frozen_geometry {
     const primitive_type *type; /* NULL: a group */
     const void *desc;
     bounds3 bounds;
-    bvh_tree tree; /* meshes */
+    bvh_tree tree; /* of a mesh, or over parts */
     frozen_level level;
     uint64_t shape_count; /* how many shapes it draws: 1, or those of a group and of its groups */
     uint32_t depth;       /* of groups in groups: 0 for a shape */

@@ -420,6 +420,18 @@ snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
 
 /* ---- what is in a scene ---- */
 
+static uint64_t array_bytes(const object *o) {
+    uint64_t sum = 0;
+    for (uint32_t i = 0; i < o->type->field_count; i++) {
+        const field *f = &o->type->fields[i];
+        size_t size = field_element_size(f->kind), count;
+        if (size == 0) continue;
+        memcpy(&count, (const char *)o->desc + f->offset + sizeof(void *), sizeof count);
+        sum += size * count;
+    }
+    return sum;
+}
+
 typedef struct drawn {
     uint64_t shapes, primitives, triangles;
 } drawn;
@@ -432,9 +444,9 @@ static drawn count_list(const description *d, const part_lists *lists, size_t li
     for (uint32_t i = lists->begin[list]; i < lists->begin[list + 1]; i++) {
         uint32_t index = d->instances[lists->parts[i]].shape;
         const object *shape = &d->objects[CATEGORY_SHAPE].items[index];
-        bool is_mesh = ((const primitive_type *)shape->type)->intersect == NULL;
-        uint64_t triangles = is_mesh ? mesh_triangle_count(shape->desc) : 0;
-        drawn one = {1, is_mesh ? triangles : 1, triangles};
+        const primitive_type *type = (const primitive_type *)shape->type;
+        uint64_t count = primitive_count_of(type, shape->desc);
+        drawn one = {1, count, type->intersect ? 0 : count};
         if (object_is_group(shape)) one = groups[index];
         all.shapes = all.shapes + one.shapes < most ? all.shapes + one.shapes : most;
         all.primitives =
@@ -460,29 +472,12 @@ static snell_status count_instances(const description *d, snell_scene_stats *out
     }
     free(groups);
     part_lists_free(&lists);
-    if (status) return status;
-    for (size_t i = 0; i < shapes->count; i++)
-        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL) {
-            const mesh_desc *mesh = shapes->items[i].desc;
-            out->unique_triangle_count += mesh_triangle_count(mesh);
-            out->memory_geometry +=
-                (mesh->positions_count + mesh->normals_count + mesh->colors_count) * sizeof(vec3) +
-                mesh->uvs_count * sizeof(vec2) + mesh->alphas_count +
-                (mesh->indices_count + mesh->material_slots_count) * sizeof(uint32_t);
-        }
-    return SNELL_OK;
-}
-
-static uint64_t array_bytes(const object *o) {
-    uint64_t sum = 0;
-    for (uint32_t i = 0; i < o->type->field_count; i++) {
-        const field *f = &o->type->fields[i];
-        size_t size = field_element_size(f->kind), count;
-        if (size == 0) continue;
-        memcpy(&count, (const char *)o->desc + f->offset + sizeof(void *), sizeof count);
-        sum += size * count;
+    for (size_t i = 0; i < shapes->count && !status; i++) {
+        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL)
+            out->unique_triangle_count += mesh_triangle_count(shapes->items[i].desc);
+        out->memory_geometry += array_bytes(&shapes->items[i]);
     }
-    return sum;
+    return status;
 }
 
 bool description_has_dielectric(const description *d) {

@@ -11,6 +11,7 @@ size_t field_element_size(field_kind kind) {
     switch (kind) {
     case FIELD_VEC3S: return sizeof(snell_vec3);
     case FIELD_VEC2S: return sizeof(snell_vec2);
+    case FIELD_FLOATS: return sizeof(float);
     case FIELD_UINTS: return sizeof(uint32_t);
     case FIELD_BYTES: return 1;
     case FIELD_MATERIALS: return sizeof(snell_material_id);
@@ -54,6 +55,7 @@ const char *field_kind_name(field_kind kind) {
                                         [FIELD_TRANSFORM] = "transform",
                                         [FIELD_VEC3S] = "list of {x, y, z}",
                                         [FIELD_VEC2S] = "list of pairs",
+                                        [FIELD_FLOATS] = "list of numbers",
                                         [FIELD_UINTS] = "list of integers",
                                         [FIELD_BYTES] = "bytes",
                                         [FIELD_MATERIALS] = "list of materials",
@@ -256,7 +258,10 @@ static snell_status check_vec3(const type_info *info, const field *f, snell_vec3
 }
 
 static snell_status check_array(const type_info *info, const field *f, const array_member *array) {
-    size_t floats = f->kind == FIELD_VEC3S ? 3 : f->kind == FIELD_VEC2S ? 2 : 0;
+    size_t floats = f->kind == FIELD_VEC3S    ? 3
+                    : f->kind == FIELD_VEC2S  ? 2
+                    : f->kind == FIELD_FLOATS ? 1
+                                              : 0;
     if (array->count > SIZE_MAX / 64)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is too long", info->name, f->name);
     const float *numbers = array->data;
@@ -264,6 +269,12 @@ static snell_status check_array(const type_info *info, const field *f, const arr
         if (!isfinite(numbers[i]))
             return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' %zu is not a finite number",
                              info->name, f->name, i / floats);
+    for (size_t i = 0; f->kind == FIELD_FLOATS && i < array->count; i++)
+        if ((double)numbers[i] < f->min || (double)numbers[i] > f->max)
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' %zu is %g; it must be %s %g",
+                             info->name, f->name, i, (double)numbers[i],
+                             (double)numbers[i] < f->min ? "at least" : "at most",
+                             (double)numbers[i] < f->min ? f->min : f->max);
     return SNELL_OK;
 }
 

@@ -33,6 +33,7 @@ typedef enum field_kind {
     FIELD_TRANSFORM, /* snell_transform, identity by default */
     FIELD_VEC3S,     /* const snell_vec3 *NAME; size_t NAME_count */
     FIELD_VEC2S,     /* const snell_vec2 *NAME; size_t NAME_count */
+    FIELD_FLOATS,    /* const float *NAME; size_t NAME_count; each in the range */
     FIELD_UINTS,     /* const uint32_t *NAME; size_t NAME_count */
     FIELD_BYTES,     /* const void *NAME; size_t NAME_count */
     FIELD_MATERIALS, /* const snell_material_id *NAME; size_t NAME_count */
@@ -109,6 +110,9 @@ typedef struct type_info {
     size_t name##_count;
 #define FIELD_MEMBER_VEC2S(name)                                                                   \
     const snell_vec2 *name;                                                                        \
+    size_t name##_count;
+#define FIELD_MEMBER_FLOATS(name)                                                                  \
+    const float *name;                                                                             \
     size_t name##_count;
 #define FIELD_MEMBER_UINTS(name)                                                                   \
     const uint32_t *name;                                                                          \

@@ -39,7 +39,7 @@ typedef struct ray_differential {
  * free for the primitive's own use otherwise (they come back to its surface function). */
 typedef struct hit {
     float t, u, v;
-    uint32_t primitive; /* within the shape: triangle index, or 0 */
+    uint32_t primitive; /* within the shape: the number of the triangle or part, or 0 */
     uint32_t instance;
 } hit;
 

@@ -261,8 +261,7 @@ static void destroy_image(void *held) {
     free(held);
 }
 
-/* Pushes a box with the decoded image. */
-static const decoded_image *read_image(lua_State *L, const char *name) {
+const decoded_image *files_read_image(lua_State *L, const char *name) {
     lua_scene *s = scene_of(L);
     box *bytes = box_push(L, free), *pixels = box_push(L, destroy_image);
     uint8_t *data = NULL;
@@ -298,7 +297,7 @@ static bool is_of_the_file(const char *name) {
  * more; the number of the texture. */
 static uint32_t add_image(lua_State *L, const char *label, snell_param *params, size_t count,
                           const char *name) {
-    const decoded_image *image = read_image(L, need_file(L, label));
+    const decoded_image *image = files_read_image(L, need_file(L, label));
     params[count++] = (snell_param){"width", SNELL_PARAM_INT, {.i = image->width}};
     params[count++] = (snell_param){"height", SNELL_PARAM_INT, {.i = image->height}};
     params[count++] = (snell_param){"format", SNELL_PARAM_STRING, {.s = image_format_word(image)}};

@@ -8,7 +8,6 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "geometry/mesh.h"
 #include "geometry/primitive.h"
 
 /* Groups in groups, with an instance around each, and a shape. */
@@ -125,8 +124,8 @@ static void add_bounds(lua_State *L, void *user, const node *leaf, const inherit
     if (type == NULL || type->unbounded || type->bounds == NULL) return;
     transform placed = dtransform_round(&from->placed);
     *sum = bounds3_union(*sum, transform_bounds(&placed, type->bounds(o->desc)));
-    if (strcmp(o->type->name, "mesh") == 0) /* its bounds are computed anew each time */
-        sandbox_charge(L, ((const mesh_desc *)o->desc)->indices_count / 4);
+    /* Computed anew each time. */
+    sandbox_charge(L, primitive_count_of(type, o->desc));
 }
 
 /* A node's box in the space that it stands in. Of a large group each node is looked at once, so the

@@ -107,6 +107,7 @@ static int make_shape(lua_State *L) {
         lua_pop(L, 1);
         allow(&c, "file");
     }
+    if (strcmp(type->name, "heightfield") == 0) heights_expand(L);
     allow(&c, "material");
     allow(&c, "transform");
     allow(&c, "motion");

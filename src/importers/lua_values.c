@@ -298,8 +298,12 @@ static uint32_t read_whole(lua_State *L, const char *label, const field *f, lua_
 static void read_list(lua_State *L, const char *label, const field *f, snell_param *out) {
     if (!lua_istable(L, -1)) fail_kind(L, -1, label, f->name, field_kind_name(f->kind));
     out->kind = SNELL_PARAM_ARRAY;
-    if (f->kind == FIELD_VEC3S || f->kind == FIELD_VEC2S) {
-        read_floats(L, label, f, f->kind == FIELD_VEC3S ? 3 : 2, out);
+    size_t floats = f->kind == FIELD_VEC3S    ? 3
+                    : f->kind == FIELD_VEC2S  ? 2
+                    : f->kind == FIELD_FLOATS ? 1
+                                              : 0;
+    if (floats) {
+        read_floats(L, label, f, floats, out);
         return;
     }
     int list = lua_gettop(L);

@@ -323,16 +323,17 @@ enum {
 /* parts: instances of the world and of groups; largest: of those the most in one. */
 static uint64_t plan(const description *d, uint64_t parts, uint64_t largest) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    uint64_t triangles = 0, most = 0;
+    uint64_t trees = 0, most = 0; /* bytes of the trees in shapes, and of building one */
     for (size_t i = 0; i < shapes->count; i++) {
-        if (((const primitive_type *)shapes->items[i].type)->intersect) continue;
-        uint64_t count = mesh_triangle_count(shapes->items[i].desc);
-        triangles += count;
-        if (count > most) most = count;
+        const primitive_type *type = (const primitive_type *)shapes->items[i].type;
+        if (type->primitive_count == NULL) continue;
+        uint64_t count = type->primitive_count(shapes->items[i].desc);
+        uint64_t building = count * (type->intersect ? BUILD_BYTES : TRIANGLE_BUILD_BYTES);
+        trees += count * (type->intersect ? NODES_BYTES : TRIANGLE_BYTES);
+        if (building > most) most = building;
     }
     return (1u << 16) + shapes->count * (sizeof(frozen_geometry) + sizeof(accel_geometry)) +
-           parts * PART_BYTES + largest * BUILD_BYTES + triangles * TRIANGLE_BYTES +
-           most * TRIANGLE_BUILD_BYTES;
+           parts * PART_BYTES + largest * BUILD_BYTES + trees + most;
 }
 
 uint64_t scene_plan_memory(const description *d) {

@@ -24,10 +24,6 @@ static const material *emitter_material(const scene *s, const scene_instance *at
     return &s->materials[mesh->materials[mesh->material_slots[primitive]].index1 - 1];
 }
 
-static uint32_t primitive_count(const scene_instance *at) {
-    return at->type->intersect ? 1 : (uint32_t)mesh_triangle_count(at->shape);
-}
-
 /* Does to_world keep angles: are its columns orthogonal and of one length? */
 static bool keeps_angles(const transform *m) {
     dvec3 c[3];
@@ -49,7 +45,7 @@ typedef struct finding {
 static snell_status add_emitters(void *user, uint32_t number, const scene_instance *at) {
     finding *f = user;
     scene *s = f->s;
-    uint32_t primitives = primitive_count(at), first = s->emitter_count;
+    uint32_t primitives = primitive_count_of(at->type, at->shape), first = s->emitter_count;
     for (uint32_t k = 0; k < primitives; k++) {
         if (!emitter_material(s, at, k)->shines) continue;
         double area = at->type->area(at->shape, k);
@@ -121,12 +117,7 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
         luminance += LUMINANCE(radiance_at(&p)) / 4;
         b.axis = p.n;
     }
-    bounds3 box;
-    if (at->type->intersect)
-        box = at->type->bounds(at->shape);
-    else
-        box = mesh_triangle_bounds(at->shape, e->primitive);
-    box = shape_path_bounds(&path, box);
+    bounds3 box = shape_path_bounds(&path, primitive_bounds_of(at->type, at->shape, e->primitive));
     b.low = dvec3_from(box.min);
     b.high = dvec3_from(box.max);
     b.power = PI * luminance * e->area * scale * (b.two_sided ? 2 : 1);
@@ -309,7 +300,7 @@ static bool has_middle(const scene *s, const surface_light *of) {
     scene_instance room;
     const scene_instance *at = scene_posed(s, of->instance, 0, &room);
     bool seen_whole = at->type->flat || (at->similar && at->type->sample_toward);
-    return at->type->intersect == NULL || (seen_whole && !s->materials[at->material].textured);
+    return at->type->primitive_count || (seen_whole && !s->materials[at->material].textured);
 }
 
 uint32_t scene_light_center_count(const scene *s, uint32_t index) {

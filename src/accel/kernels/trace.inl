@@ -318,23 +318,23 @@ INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32
 
 /* ---- instances ---- */
 
-/* A shape that tests itself. Its roots are asked for in turn until one comes after the hit that the
- * ray walks on from; without walking on that is the first. */
+/* A shape that tests itself, or a part of it. Its roots are asked for in turn until one comes after
+ * the hit that the ray walks on from; without walking on that is the first. */
 INLINE bool trace_analytic(query *q, const prepared *p, const frozen_instance *in, uint32_t index,
-                           float floor_t, const bool any) {
+                           uint32_t part, float floor_t, const bool any) {
     const ray *r = q->ray;
-    if (in->flat && index == r->skip_instance && r->skip_primitive == 0) return false;
+    if (in->flat && index == r->skip_instance && part == r->skip_primitive) return false;
     q->counters.primitives++;
     local_ray local = {
         {p->o[0], p->o[1], p->o[2]}, {p->d[0], p->d[1], p->d[2]}, r->t_min, r->t_max};
     for (;;) {
-        hit found = {0};
+        hit found = {.primitive = part};
         if (!in->type->intersect(in->desc, &local, &found)) return false;
         float t = float_max(floor_t, found.t);
         if (!(t > r->t_min && t < r->t_max)) return false;
-        if (comes_after(r, t, index, 0)) {
+        if (comes_after(r, t, index, part)) {
             if (any) return true;
-            if (beats_best(q, t, index, 0)) take(q, t, found.u, found.v, index, 0);
+            if (beats_best(q, t, index, part)) take(q, t, found.u, found.v, index, part);
             return false;
         }
         if (!(found.t > local.t_min)) return false; /* a shape that broke its contract */
@@ -342,10 +342,76 @@ INLINE bool trace_analytic(query *q, const prepared *p, const frozen_instance *i
     }
 }
 
-static bool group_closest(query *q, const prepared *p, const frozen_level *group, float floor_t);
-static bool group_any(query *q, const prepared *p, const frozen_level *group, float floor_t);
+/* Out of line: the mesh traversal exists once for each kind of question. */
+static bool visit_closest(query *q, const prepared *outer, const frozen_level *level,
+                          uint32_t index, float floor_t, bool bounded);
+static bool visit_any(query *q, const prepared *outer, const frozen_level *level, uint32_t index,
+                      float floor_t, bool bounded);
 
-/* p: the ray in the group's space, as q->o and q->d are, but in float. */
+INLINE bool visit_instance(query *q, const prepared *outer, const frozen_level *level,
+                           uint32_t index, float floor_t, bool bounded, const bool any) {
+    return any ? visit_any(q, outer, level, index, floor_t, bounded)
+               : visit_closest(q, outer, level, index, floor_t, bounded);
+}
+
+/* Through a tree with one thing in each leaf: an instance of the level; or, where `in` is not NULL, a
+ * part of it, which has the number `number`. */
+INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const frozen_level *level,
+                      const frozen_instance *in, uint32_t number, float floor_t, const bool any) {
+    if (tree->node_count == 0) return false;
+    uint64_t stack[BVH_STACK_SIZE], *top = stack;
+    const slabs8 slabs = widen_slabs(p);
+    uint64_t item = stack_item(p->t_min, tree->root);
+    for (;;) {
+        uint32_t reference = (uint32_t)item, leaf = reference & ~BVH_LEAF;
+        if (reference & BVH_LEAF) {
+            float low = float_max(item_entry(item), floor_t);
+            if (in ? trace_analytic(q, p, in, number, leaf, low, any)
+                   : visit_instance(q, p, level, leaf, low, true, any))
+                return true;
+        } else {
+            const bvh_node *node = &tree->nodes[reference];
+            f8 entry;
+            unsigned mask = test_children(&slabs, node, q->best_t, &entry);
+            q->counters.nodes++;
+            q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
+            if (mask != 0) {
+                item = push_children(&top, node, entry, mask);
+                continue;
+            }
+        }
+        do {
+            if (top == stack) return false;
+            item = *--top;
+        } while (item_entry(item) > q->best_t);
+    }
+}
+
+static __attribute__((noinline)) bool trace_parts(query *q, const prepared *p,
+                                                  const frozen_instance *in, uint32_t number,
+                                                  float floor_t, const bool any) {
+    return walk_tree(q, p, in->parts, NULL, in, number, floor_t, any);
+}
+
+/* Groups nest GROUP_DEPTH_MAX deep, so this recurses no deeper. */
+INLINE bool trace_level(query *q, const prepared *p, const frozen_level *level, float floor_t,
+                        const bool any) {
+    for (size_t i = 0; i < level->unbounded_count; i++)
+        if (visit_instance(q, p, level, level->unbounded[i], floor_t, false, any)) return true;
+    return walk_tree(q, p, &level->top, level, NULL, 0, floor_t, any);
+}
+
+static __attribute__((noinline)) bool group_closest(query *q, const prepared *p,
+                                                    const frozen_level *group, float floor_t) {
+    return trace_level(q, p, group, floor_t, false);
+}
+
+static __attribute__((noinline)) bool group_any(query *q, const prepared *p,
+                                                const frozen_level *group, float floor_t) {
+    return trace_level(q, p, group, floor_t, true);
+}
+
+/* p: the ray in the group's space, as o and d are, but in float. */
 static bool trace_group(query *q, const prepared *p, const frozen_instance *in, dvec3 o, dvec3 d,
                         float floor_t, const bool any) {
     dvec3 outer_o = q->o, outer_d = q->d;
@@ -380,16 +446,16 @@ INLINE bool trace_instance(query *q, const prepared *outer, const frozen_level *
     }
     uint32_t number = q->base + in->first;
     if (in->mesh) return trace_mesh(q, p, in->mesh, number, floor_t, any);
+    if (in->parts) return trace_parts(q, p, in, number, floor_t, any);
     if (in->group) return trace_group(q, p, in, o, d, floor_t, any);
     if (bounded && !in->identity) {
         float entry;
         if (!test_box(p, &in->bounds, &entry)) return false;
         floor_t = float_max(entry, floor_t);
     }
-    return trace_analytic(q, p, in, number, floor_t, any);
+    return trace_analytic(q, p, in, number, 0, floor_t, any);
 }
 
-/* Out of line: the mesh traversal exists once for each kind of question. */
 static __attribute__((noinline)) bool visit_closest(query *q, const prepared *outer,
                                                     const frozen_level *level, uint32_t index,
                                                     float floor_t, bool bounded) {
@@ -400,54 +466,6 @@ static __attribute__((noinline)) bool visit_any(query *q, const prepared *outer,
                                                 const frozen_level *level, uint32_t index,
                                                 float floor_t, bool bounded) {
     return trace_instance(q, outer, level, index, floor_t, bounded, true);
-}
-
-INLINE bool visit_instance(query *q, const prepared *outer, const frozen_level *level,
-                           uint32_t index, float floor_t, bool bounded, const bool any) {
-    return any ? visit_any(q, outer, level, index, floor_t, bounded)
-               : visit_closest(q, outer, level, index, floor_t, bounded);
-}
-
-/* Groups nest GROUP_DEPTH_MAX deep, so this recurses no deeper. */
-INLINE bool trace_level(query *q, const prepared *p, const frozen_level *level, float floor_t,
-                        const bool any) {
-    for (size_t i = 0; i < level->unbounded_count; i++)
-        if (visit_instance(q, p, level, level->unbounded[i], floor_t, false, any)) return true;
-    if (level->top.node_count == 0) return false;
-    uint64_t stack[BVH_STACK_SIZE], *top = stack;
-    const slabs8 slabs = widen_slabs(p);
-    uint64_t item = stack_item(p->t_min, level->top.root);
-    for (;;) {
-        uint32_t reference = (uint32_t)item;
-        if (reference & BVH_LEAF) {
-            float entry = float_max(item_entry(item), floor_t);
-            if (visit_instance(q, p, level, reference & ~BVH_LEAF, entry, true, any)) return true;
-        } else {
-            const bvh_node *node = &level->top.nodes[reference];
-            f8 entry;
-            unsigned mask = test_children(&slabs, node, q->best_t, &entry);
-            q->counters.nodes++;
-            q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
-            if (mask != 0) {
-                item = push_children(&top, node, entry, mask);
-                continue;
-            }
-        }
-        do {
-            if (top == stack) return false;
-            item = *--top;
-        } while (item_entry(item) > q->best_t);
-    }
-}
-
-static __attribute__((noinline)) bool group_closest(query *q, const prepared *p,
-                                                    const frozen_level *group, float floor_t) {
-    return trace_level(q, p, group, floor_t, false);
-}
-
-static __attribute__((noinline)) bool group_any(query *q, const prepared *p,
-                                                const frozen_level *group, float floor_t) {
-    return trace_level(q, p, group, floor_t, true);
 }
 
 /* False: the ray hits nothing by definition; or, if `any` was asked, none was found. */
