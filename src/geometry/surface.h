@@ -38,6 +38,10 @@ vec3 surface_offset_point(dvec3 p, dvec3 n, double error, double side);
  * e along the local normal is e / |N| along the world normal, with N = transform_normal(to_local,
  * n). */
 void surface_to_world(surface *s, const transform *to_world, const transform *to_local);
+static inline void surface_tangents_to_world(surface *s, const transform *to_world) {
+    s->dpdu = transform_vector(to_world, s->dpdu);
+    s->dpdv = transform_vector(to_world, s->dpdv);
+}
 
 /* What shapes share: is t, rounded to float, inside the ray's range? Writes the float. */
 static inline bool surface_accept(const local_ray *beam, double t, float *out) {

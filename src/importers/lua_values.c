@@ -444,7 +444,7 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
         const placement *given = luaL_testudata(L, -1, HANDLE_TRANSFORM);
         if (given == NULL) fail_kind(L, -1, label, f->name, wanted);
         out->kind = SNELL_PARAM_TRANSFORM;
-        out->value.transform = placement_round(given);
+        out->value.transform = dtransform_round(given);
         break;
     }
     case FIELD_KEYS: motion_read_keys(L, label, f, out); break;

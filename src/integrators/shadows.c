@@ -9,7 +9,7 @@ static media media_for_shadows(const media *m, const scene *s, bool met) {
     if (met || m->count == 0) return *m;
     media seen = {0};
     for (uint32_t i = 0; i < m->count; i++) {
-        const material *of = &s->materials[s->instances[m->instances[i]].medium_material];
+        const material *of = &s->materials[scene_part(s, m->instances[i])->medium_material];
         if (((const material_common *)of->desc)->shadow != SHADOW_NONE)
             media_enter(&seen, m->instances[i]);
     }

@@ -142,7 +142,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         emit_continued(w, r, h, b.lobes[0].weight, &w->beyond);
     }
     /* It hides nothing from shadow rays, so not from these either: its light comes on top. */
-    if (w->settings.scene->instances[h->instance].hidden_light)
+    if (scene_part(w->settings.scene, h->instance)->hidden_light)
         emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
 }
 
