@@ -32,6 +32,7 @@ static uint32_t find_levels(const scene *s, uint32_t number,
 }
 
 const scene_instance *scene_find_part(const scene *s, uint32_t number) {
+    if (s->group_count == 0) return &s->instances[number];
     const scene_instance *levels[GROUP_DEPTH_MAX + 1];
     return levels[find_levels(s, number, levels) - 1];
 }
