@@ -404,7 +404,8 @@ static void check_spawned(const scene *s, const tree *t, const ray *r, tally *ou
     if (h.instance == NO_ID) return;
     scene_shade_point(s, r, &h, &p);
     for (int i = 0; i < 2; i++) {
-        ray next = scene_spawn_ray(&p, direction(), INFINITY);
+        ray next;
+        scene_spawn_ray(&p, direction(), INFINITY, &next);
         bool up = dvec3_dot(p.n, dvec3_from(next.d)) > 0;
         if (fabs(dvec3_dot(p.n, dvec3_from(next.d))) < 1e-3) continue;
         /* Next to an edge the other side may be another face's. */

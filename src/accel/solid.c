@@ -62,6 +62,7 @@ static void part_surface(const solid_shape *s, const solid_part *part, const loc
         square += x * x;
     }
     surface_to_world(out, &part->to_solid, &part->to_local);
+    if (s->textured) surface_tangents_to_world(out, &part->to_solid);
     if (length > 0) out->curvature *= square / length;
 }
 

@@ -34,14 +34,15 @@ static double reach_of(bounds3 b) {
 snell_status solid_mesh_create(const mesh_desc *mesh, thread_pool *pool, solid_mesh **out) {
     vec3 edge[2];
     bounds3 bounds;
+    size_t count = 0;
     solid_mesh *m = memory_zeroed(1, sizeof *m);
-    build_reference *references = m ? build_mesh_references(mesh, &bounds) : NULL;
+    build_reference *references = m ? build_mesh_references(mesh, &count, &bounds) : NULL;
     snell_status status = references ? SNELL_OK : error_no_memory();
     if (!status) status = mesh_find_closure(mesh, &m->closure, edge);
-    if (!status && mesh_triangle_count(mesh)) {
-        build_progress progress = {.total = mesh_triangle_count(mesh)};
+    if (!status && count) {
+        build_progress progress = {.total = count};
         build_job job = {.references = references,
-                         .count = mesh_triangle_count(mesh),
+                         .count = count,
                          .mesh = mesh,
                          .leaf_size = 4,
                          .progress = &progress};

@@ -59,7 +59,7 @@ static void append_leaf(lua_State *L, void *user, const node *leaf, bool moves) 
         scene_fail(L, SNELL_ERR_SYNTAX, "give the solid the motion",
                    "%s: the shape of line %u moves: a part of a solid cannot move by itself",
                    p->label, leaf->line);
-    append(L, p, leaf->shape, placement_round(&leaf->placed), leaf->material, leaf->line);
+    append(L, p, leaf->shape, dtransform_round(&leaf->placed), leaf->material, leaf->line);
 }
 
 /* Checks of meshes take a while. */

@@ -10,7 +10,7 @@ static void note_ambient(const scene *s, const log_sink *log) {
 }
 
 static bool is_used(const scene *s, uint32_t index) {
-    for (uint32_t i = 0; i < s->instance_count; i++)
+    for (uint32_t i = 0; i < s->part_count; i++)
         for (uint32_t k = 0; k < instance_slot_count(&s->instances[i]); k++)
             if (instance_slot(&s->instances[i], k) == index) return true;
     return false;
@@ -42,7 +42,7 @@ static bool some_shines(const scene *s, const scene_instance *at) {
 
 /* Planes have no area to draw a point from, and of solids it is not known. */
 static void note_endless_emitters(const scene *s, const log_sink *log) {
-    for (uint32_t i = 0; i < s->instance_count; i++) {
+    for (uint32_t i = 0; i < s->part_count; i++) {
         const scene_instance *at = &s->instances[i];
         if (at->type->area || !some_shines(s, at)) continue;
         log_write(log, SNELL_WARNING, (source_place){0}, "use a quad or a disk, or path",
