@@ -67,6 +67,8 @@ typedef enum kind {
     CONE,
     TORUS,
     PLANE,
+    CAPSULE,
+    ELLIPSOID,
     BALL_MESH,  /* an icosphere */
     ANGLE_MESH, /* an L, not convex */
     KIND_COUNT,
@@ -136,6 +138,11 @@ static bool leaf_contains(kind k, dvec3 p) {
     case CONE: return p.y > -0.5 && p.y < 1 && ring < 0.5 * (1 - p.y);
     case TORUS: return (ring - 0.75) * (ring - 0.75) + p.y * p.y < 0.0625;
     case PLANE: return p.y < 0.25;
+    case CAPSULE: {
+        double over = fabs(p.y) - 0.5;
+        return over > 0 ? ring * ring + over * over < 0.25 : ring < 0.5;
+    }
+    case ELLIPSOID: return p.x * p.x / 0.25 + p.y * p.y + p.z * p.z / 0.5625 < 1;
     case BALL_MESH: return in_ball(p);
     case ANGLE_MESH:
         return p.z > -0.5 && p.z < 0.5 && p.x > -1 && p.y > -1 && p.x < 1 && p.y < 1 &&
@@ -240,6 +247,8 @@ static snell_shape_id add_leaf(rig *r, kind k) {
     snell_cone_desc cone = SNELL_INIT(cone_desc);
     snell_torus_desc torus = SNELL_INIT(torus_desc);
     snell_plane_desc plane = SNELL_INIT(plane_desc);
+    snell_capsule_desc capsule = SNELL_INIT(capsule_desc);
+    snell_ellipsoid_desc ellipsoid = SNELL_INIT(ellipsoid_desc);
     snell_shape_id id = {0, 0};
     switch (k) {
     case SPHERE: MUST(snell_scene_add_sphere(r->scene, &sphere, &id)); break;
@@ -268,6 +277,16 @@ static snell_shape_id add_leaf(rig *r, kind k) {
     case PLANE:
         plane.point = v3(0, 0.25, 0);
         MUST(snell_scene_add_plane(r->scene, &plane, &id));
+        break;
+    case CAPSULE:
+        capsule.from = v3(0, -0.5, 0);
+        capsule.to = v3(0, 0.5, 0);
+        capsule.radius = 0.5f;
+        MUST(snell_scene_add_capsule(r->scene, &capsule, &id));
+        break;
+    case ELLIPSOID:
+        ellipsoid.radii = v3(0.5, 1, 0.75);
+        MUST(snell_scene_add_ellipsoid(r->scene, &ellipsoid, &id));
         break;
     case BALL_MESH:
         id = add_mesh(r, ball_positions, ball_vertex_count, ball_indices, ball_index_count);
@@ -712,6 +731,10 @@ static void open_shapes_are_refused(void **unused) {
     assert_string_equal(snell_last_error()->hint, "set capped = true");
     must_fail(solid_of(&r, 0, &shapes[2], NULL, 1, &out), SNELL_ERR_ARGUMENT,
               "lathe: an open lathe cannot be part of a solid");
+    snell_instance_id part = place(&r, shapes[0], (snell_material_id){0, 0});
+    MUST(snell_scene_add_group(r.scene, &part, 1, NULL, &out));
+    must_fail(solid_of(&r, 0, &out, NULL, 1, &out), SNELL_ERR_ARGUMENT,
+              "a group cannot be part of a solid");
     make_ball();
     mesh[0] = add_mesh(&r, ball_positions, ball_vertex_count, ball_indices, ball_index_count);
     mesh[1] = add_mesh(&r, ball_positions, ball_vertex_count, ball_indices, ball_index_count - 3);

@@ -60,6 +60,9 @@ static snell_status check_part(const description *d, uint32_t shape) {
     const object *o = shape_at(d, shape);
     const primitive_type *type = (const primitive_type *)o->type;
     if (as_solid(o)) return SNELL_OK;
+    if (object_is_group(o))
+        return error_set(SNELL_ERR_ARGUMENT, "give the solid the shapes that are in it",
+                         "solid: a group cannot be part of a solid");
     if (type == &primitive_mesh) return check_mesh(o);
     if (type->spans == NULL)
         return error_set(SNELL_ERR_ARGUMENT, "closed shapes can, and planes as half-spaces",
