@@ -420,7 +420,8 @@ static void moving_things_do_not_hit_themselves(void **state) {
             scene_shade_point(s, &r, &found, &p);
             dvec3 out = {uniform(&random) - 0.5, uniform(&random) - 0.5, uniform(&random) - 0.5};
             if (dvec3_dot(out, p.n) < 0) out = dvec3_negate(out);
-            ray next = scene_spawn_ray(&p, out, INFINITY);
+            ray next;
+            scene_spawn_ray(&p, out, INFINITY, &next);
             next.time = r.time;
             accel_trace(s->accel, SNELL_ISA_AUTO, &next, &again, 1, NULL);
             assert_int_equal(again.instance, NO_ID);

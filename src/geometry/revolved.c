@@ -300,23 +300,23 @@ void revolved_surface(const revolved *shape, const local_ray *beam, const hit *f
 }
 
 /* v at both ends of piece i. */
-static void span_of(const revolved *shape, size_t i, double span[2]) {
-    span[0] = 0;
-    span[1] = 1;
+static void span_of(const revolved *shape, size_t i, double width[2]) {
+    width[0] = 0;
+    width[1] = 1;
     if (shape->profile == NULL) {
-        if (shape->capped && i == 2) span[0] = 1, span[1] = 0;
+        if (shape->capped && i == 2) width[0] = 1, width[1] = 0;
         return;
     }
     double total = 0;
     for (size_t k = 0; k < piece_count(shape); k++) {
         profile_point a = point_at(shape, k), b = point_at(shape, k + 1);
         double r = b.r - a.r, y = b.y - a.y;
-        if (k == i) span[0] = total;
+        if (k == i) width[0] = total;
         total += sqrt(r * r + y * y);
-        if (k == i) span[1] = total;
+        if (k == i) width[1] = total;
     }
-    span[0] /= total;
-    span[1] /= total;
+    width[0] /= total;
+    width[1] /= total;
 }
 
 void revolved_parametrise(const revolved *shape, surface *s) {
@@ -324,12 +324,12 @@ void revolved_parametrise(const revolved *shape, surface *s) {
     if (i >= piece_count(shape)) i = 0;
     piece at = piece_at(shape, i);
     dvec3 p = to_frame(shape, dvec3_sub(s->p, shape->origin));
-    double span[2], radius = sqrt(p.x * p.x + p.z * p.z);
-    span_of(shape, i, span);
-    double step = span[1] - span[0], x = radius > 0 ? p.x / radius : 0;
+    double width[2], radius = sqrt(p.x * p.x + p.z * p.z);
+    span_of(shape, i, width);
+    double step = width[1] - width[0], x = radius > 0 ? p.x / radius : 0;
     double z = radius > 0 ? p.z / radius : 1;
     s->u = 0.5 + fn_atan2(p.x, p.z) / (2 * PI);
-    s->v = clamp01(span[0] + step * s->v);
+    s->v = clamp01(width[0] + step * s->v);
     s->dpdu = from_frame(shape, (dvec3){2 * PI * p.z, 0, -2 * PI * p.x});
     if (step == 0) return;
     double r = (at.b.r - at.a.r) / step, y = (at.b.y - at.a.y) / step;

@@ -63,7 +63,7 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
     path_ray *child = matters(w, carried) ? push_ray(w, kind) : NULL;
     if (child == NULL) return NULL;
     /* In place, since rays are large and many. */
-    child->ray = scene_spawn_ray(p, d, INFINITY);
+    scene_spawn_ray(p, d, INFINITY, &child->ray);
     child->ray.time = r->ray.time;
     child->weight = carried;
     child->pixel = r->pixel;

@@ -458,14 +458,29 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
 }
 
+/* What only textures and bump look at: most materials have none, and this is most of a point. */
+static void set_place(const scene_instance *at, const surface *local, const surface *world,
+                      bool has_uv, shade_point *out) {
+    const dvec3 none = {0, 0, 0};
+    texture_point *place = &out->at.at;
+    place->u = local->u;
+    place->v = local->v;
+    place->has_uv = has_uv && !at->type->unbounded;
+    place->local = local->p;
+    place->n = local->n;
+    place->dpdu = local->dpdu;
+    place->dpdv = local->dpdv;
+    place->dpdx = none;
+    place->dpdy = none;
+    place->dudx = place->dvdx = place->dudy = place->dvdy = 0;
+    out->dpdu = world->dpdu;
+    out->dpdv = world->dpdv;
+}
+
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out) {
     scene_instance moved;
     const scene_instance *at = scene_posed(&s->instances[id], time, &moved);
-    if (at->type->parametrise && s->materials[at->material].textured)
-        at->type->parametrise(at->shape, on);
-    dvec3 local = on->p, local_n = on->n, local_u = on->dpdu, local_v = on->dpdv;
-    if (!at->identity) surface_to_world(on, &at->to_world, &at->to_local);
     uint32_t index = at->material;
     bool has_uv = true;
     if (at->type->intersect == NULL) {
@@ -473,44 +488,47 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         if (mesh->material_slots_count) index = mesh->materials[on->material_slot].index1 - 1;
         has_uv = mesh->uvs_count != 0;
     }
+    const material *made_of = &s->materials[index];
+    if (made_of->textured) {
+        if (at->type->parametrise) at->type->parametrise(at->shape, on);
+        surface local = *on;
+        if (!at->identity) {
+            surface_to_world(on, &at->to_world, &at->to_local);
+            on->dpdu = transform_vector(&at->to_world, on->dpdu);
+            on->dpdv = transform_vector(&at->to_world, on->dpdv);
+        }
+        set_place(at, &local, on, has_uv, out);
+    } else if (!at->identity) {
+        surface_to_world(on, &at->to_world, &at->to_local);
+    }
     bool outside = dvec3_dot(on->n, wo) >= 0;
-    *out = (shade_point){.p = on->p,
-                         .wo = wo,
-                         .n = outside ? on->n : dvec3_negate(on->n),
-                         .ns = outside ? on->ns : dvec3_negate(on->ns),
-                         .outside = outside,
-                         .clearance = on->error,
-                         .instance = id,
-                         .primitive = primitive,
-                         .time = time,
-                         .flat = at->type->flat,
-                         .material = &s->materials[index],
-                         .dpdu = on->dpdu,
-                         .dpdv = on->dpdv,
-                         .curvature = on->curvature,
-                         .at = {.at = {.u = on->u,
-                                       .v = on->v,
-                                       .has_uv = has_uv && !at->type->unbounded,
-                                       .local = local,
-                                       .n = local_n,
-                                       .dpdu = local_u,
-                                       .dpdv = local_v},
-                                .tint = on->tint,
-                                .alpha = on->alpha,
-                                .outside = outside,
-                                .textures = s->textures,
-                                .materials = s->materials}};
+    /* One field after the other, as in surface_make. */
+    out->p = on->p;
+    out->wo = wo;
+    out->n = outside ? on->n : dvec3_negate(on->n);
+    out->ns = outside ? on->ns : dvec3_negate(on->ns);
+    out->outside = outside;
+    out->clearance = on->error;
+    out->instance = id;
+    out->primitive = primitive;
+    out->time = time;
+    out->flat = at->type->flat;
+    out->material = made_of;
+    out->curvature = on->curvature;
+    out->has_footprint = false;
+    out->at.tint = on->tint;
+    out->at.alpha = on->alpha;
+    out->at.outside = outside;
+    out->at.textures = s->textures;
+    out->at.materials = s->materials;
     /* A shading normal that faces away from the eye would reflect through the surface. */
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }
 
-ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max) {
-    surface here = surface_make(point->p, point->n, point->clearance);
-    vec3 o = surface_offset_origin(&here, dvec3_dot(point->n, d));
-    ray r = ray_make(o, vec3_from(d), 0, t_max);
-    if (point->flat) {
-        r.skip_instance = point->instance;
-        r.skip_primitive = point->primitive;
-    }
-    return r;
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out) {
+    vec3 o = surface_offset_point(point->p, point->n, point->clearance, dvec3_dot(point->n, d));
+    *out = ray_make(o, vec3_from(d), 0, t_max);
+    if (!point->flat) return;
+    out->skip_instance = point->instance;
+    out->skip_primitive = point->primitive;
 }
