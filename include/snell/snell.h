@@ -1631,6 +1631,125 @@ static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
+typedef struct snell_capsule_desc { /* a cylinder with rounded ends */
+    size_t struct_size;
+    snell_vec3 from; /* the centre of the ball at one end; m; required */
+    snell_vec3 to; /* the centre of the ball at the other end; m; required */
+    float radius; /* the radius; m; > 0 */
+} snell_capsule_desc;
+static inline snell_capsule_desc snell_capsule_desc_init(size_t struct_size) {
+    snell_capsule_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_capsule(snell_scene *scene, const snell_capsule_desc *desc, snell_shape_id *out);
+
+typedef struct snell_ellipsoid_desc { /* a stretched sphere */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m */
+    snell_vec3 radii; /* half the size along x, y and z; m; > 0 */
+} snell_ellipsoid_desc;
+static inline snell_ellipsoid_desc snell_ellipsoid_desc_init(size_t struct_size) {
+    snell_ellipsoid_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radii.x = (float)1;
+    desc.radii.y = (float)1;
+    desc.radii.z = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_ellipsoid(snell_scene *scene, const snell_ellipsoid_desc *desc, snell_shape_id *out);
+
+typedef struct snell_quadric_desc { /* a surface of the second degree within a box: hyperboloids, bowls, saddles */
+    size_t struct_size;
+    snell_vec3 square; /* the factors of x^2, y^2 and z^2 */
+    snell_vec3 mixed; /* the factors of xy, xz and yz */
+    snell_vec3 linear; /* the factors of x, y and z */
+    float constant; /* what is added: the sum is 0 on the surface */
+    snell_vec3 min; /* the box's smallest coordinates; m */
+    snell_vec3 max; /* the box's largest coordinates; m */
+} snell_quadric_desc;
+static inline snell_quadric_desc snell_quadric_desc_init(size_t struct_size) {
+    snell_quadric_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.min.x = (float)-1;
+    desc.min.y = (float)-1;
+    desc.min.z = (float)-1;
+    desc.max.x = (float)1;
+    desc.max.y = (float)1;
+    desc.max.z = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_quadric(snell_scene *scene, const snell_quadric_desc *desc, snell_shape_id *out);
+
+typedef struct snell_superellipsoid_desc { /* between a sphere, a box, a cylinder and an octahedron */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m */
+    snell_vec3 radii; /* half the size along x, y and z; m; > 0 */
+    float e1; /* seen from above: 0 a square, 1 round, 2 a diamond; 0.015625 to 2 */
+    float e2; /* seen from the side: 0 a square, 1 round, 2 a diamond; 0.015625 to 2 */
+} snell_superellipsoid_desc;
+static inline snell_superellipsoid_desc snell_superellipsoid_desc_init(size_t struct_size) {
+    snell_superellipsoid_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radii.x = (float)1;
+    desc.radii.y = (float)1;
+    desc.radii.z = (float)1;
+    desc.e1 = (float)1;
+    desc.e2 = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_superellipsoid(snell_scene *scene, const snell_superellipsoid_desc *desc, snell_shape_id *out);
+
+enum { SNELL_CURVES_BASIS_CATMULL_ROM, SNELL_CURVES_BASIS_BSPLINE, SNELL_CURVES_BASIS_BEZIER, SNELL_CURVES_BASIS_LINEAR };
+enum { SNELL_CURVES_KIND_ROUND, SNELL_CURVES_KIND_RIBBON };
+typedef struct snell_curves_desc { /* strands: hair, fur, grass, wire */
+    size_t struct_size;
+    const snell_vec3 *points; /* of all strands, one after the other; m; required */
+    size_t points_count;
+    const float *radii; /* one per point, instead of 'radius'; m; >= 0 */
+    size_t radii_count;
+    float radius; /* half the thickness of all strands; m; > 0 */
+    const uint32_t *starts; /* number, from 0, of the first point of each strand; none: one strand */
+    size_t starts_count;
+    int32_t basis; /* through the points, smoothly near them, by control points, straight */
+    int32_t kind; /* a round thread, or a flat one that faces each sight */
+} snell_curves_desc;
+static inline snell_curves_desc snell_curves_desc_init(size_t struct_size) {
+    snell_curves_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)0.00999999978;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_curves(snell_scene *scene, const snell_curves_desc *desc, snell_shape_id *out);
+
+typedef struct snell_heightfield_desc { /* a terrain over a grid of posts */
+    size_t struct_size;
+    const float *heights; /* rows of posts, from the least z on; 0 is min's y, 1 is max's; required */
+    size_t heights_count;
+    int32_t columns; /* posts in a row, along x; required; 2 to 65536 */
+    int32_t rows; /* rows, along z; required; 2 to 65536 */
+    snell_vec3 min; /* the corner of the first post; m */
+    snell_vec3 max; /* the corner of the last post; m */
+    bool smooth; /* blend the shading normals over the cells */
+} snell_heightfield_desc;
+static inline snell_heightfield_desc snell_heightfield_desc_init(size_t struct_size) {
+    snell_heightfield_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.max.x = (float)1;
+    desc.max.y = (float)1;
+    desc.max.z = (float)1;
+    desc.smooth = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_heightfield(snell_scene *scene, const snell_heightfield_desc *desc, snell_shape_id *out);
+
 typedef struct snell_perspective_camera_desc { /* a pinhole camera, or a thin lens with depth of field */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */

@@ -314,6 +314,37 @@ static snell_status check_field(const type_info *info, const field *f, void *at)
     return field_element_size(f->kind) ? check_array(info, f, at) : SNELL_OK;
 }
 
+static bool any_is_given(const type_info *info, const bool *given, const char *names, size_t length,
+                         const char **which) {
+    for (uint32_t i = 0; i < info->field_count; i++) {
+        if (!given[i]) continue;
+        size_t own = strlen(info->fields[i].name);
+        for (size_t at = 0; at < length; at += strcspn(names + at, " |;") + 1)
+            if (strcspn(names + at, " |;") == own &&
+                strncmp(names + at, info->fields[i].name, own) == 0) {
+                *which = info->fields[i].name;
+                return true;
+            }
+    }
+    return false;
+}
+
+/* Of fields that stand for one another, those of one side only. */
+static snell_status check_either(const type_info *info, const bool *given) {
+    const char *first = NULL, *second = NULL, *side = info->either;
+    while (side) {
+        size_t length = strcspn(side, "|;");
+        const char **found = first ? &second : &first;
+        if (any_is_given(info, given, side, length, found) && second)
+            return error_set(SNELL_ERR_ARGUMENT,
+                             "leave one of them out: the one stands for the other",
+                             "%s: both '%s' and '%s' are given", info->name, first, second);
+        if (side[length] != '|') first = NULL; /* the next choice */
+        side = side[length] ? side + length + 1 : NULL;
+    }
+    return SNELL_OK;
+}
+
 snell_status desc_check(const type_info *info, void *desc, const bool *given) {
     for (uint32_t i = 0; i < info->field_count; i++) {
         const field *f = &info->fields[i];
@@ -323,7 +354,7 @@ snell_status desc_check(const type_info *info, void *desc, const bool *given) {
         snell_status status = check_field(info, f, member(desc, f));
         if (status) return status;
     }
-    return SNELL_OK;
+    return info->either && given ? check_either(info, given) : SNELL_OK;
 }
 
 void *desc_copy(const type_info *info, const void *desc) {

@@ -144,6 +144,8 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
 /* The value at `index`: three finite numbers. `name` is for messages. */
 void values_read_vec3(lua_State *L, int index, const char *label, const char *name, double out[3]);
 double values_read_number(lua_State *L, int index, const char *label, const char *name);
+/* Two names of the table at index 1 that stand for one another. */
+void values_refuse_both(lua_State *L, const char *label, const char *one, const char *other);
 /* Fields of the table at index 1, NULL or false when absent. */
 const char *values_get_string(lua_State *L, const char *label, const char *name);
 bool values_get_bool(lua_State *L, const char *label, const char *name, bool absent);

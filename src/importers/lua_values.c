@@ -131,6 +131,15 @@ void values_read_vec3(lua_State *L, int index, const char *label, const char *na
     read_numbers(L, index, label, name, "{x, y, z}", 3, out);
 }
 
+void values_refuse_both(lua_State *L, const char *label, const char *one, const char *other) {
+    bool both = get(L, one);
+    both &= get(L, other);
+    lua_pop(L, 2);
+    if (both)
+        scene_fail(L, SNELL_ERR_SYNTAX, "leave one of them out: the one stands for the other",
+                   "%s: both '%s' and '%s' are given", label, one, other);
+}
+
 const char *values_get_string(lua_State *L, const char *label, const char *name) {
     const char *text = NULL;
     if (get(L, name)) {

@@ -29,15 +29,20 @@ bool media_leave(media *m, uint32_t id) {
     return false;
 }
 
-static double attenuate(double absorption, double distance) {
-    return absorption > 0 ? fn_exp(-absorption * distance) : 1;
+/* The distance may be infinite. */
+static double optical_depth(double absorption, double distance) {
+    return absorption > 0 ? absorption * distance : 0;
 }
 
 dvec3 media_transmittance(const media *m, const scene *s, double distance) {
     const medium *current = media_current(m, s);
     dvec3 a = current->absorption;
     if (!(dvec3_largest(a) > 0)) return (dvec3){1, 1, 1};
-    return (dvec3){attenuate(a.x, distance), attenuate(a.y, distance), attenuate(a.z, distance)};
+    double depth[3] = {-optical_depth(a.x, distance), -optical_depth(a.y, distance),
+                       -optical_depth(a.z, distance)};
+    double through[3];
+    fn_exp3(depth, through);
+    return (dvec3){through[0], through[1], through[2]};
 }
 
 typedef struct half_spaces {

@@ -236,16 +236,17 @@ static snell_status check_part(const description *d, const type_info *type, cons
                                uint32_t index) {
     const object *named = &d->objects[CATEGORY_MATERIAL].items[index];
     const type_info *part = named->type;
-    bool fits = true;
     for (uint32_t i = 0; i < part->field_count; i++)
-        if (part->fields[i].kind == FIELD_MATERIAL) fits = false;
-    for (uint32_t i = 0; i < material_type_count; i++)
-        if (&material_types[i]->info == part &&
-            material_bounds_medium(material_types[i], named->desc))
-            fits = false;
-    if (fits) return SNELL_OK;
-    return error_set(SNELL_ERR_ARGUMENT, "use a material such as lambert", "%s: '%s' cannot be %s",
-                     type->name, f->name, part->name);
+        if (part->fields[i].kind == FIELD_MATERIAL)
+            return error_set(SNELL_ERR_ARGUMENT, "use a material such as lambert",
+                             "%s: '%s' cannot be %s, which is made of others itself", type->name,
+                             f->name, part->name);
+    if (material_bounds_medium((const material_type *)part, named->desc))
+        return error_set(SNELL_ERR_ARGUMENT,
+                         "a pane without an inside: material.principled { transmission = 1 }",
+                         "%s: '%s' cannot be %s with an inside, which belongs to a whole shape",
+                         type->name, f->name, part->name);
+    return SNELL_OK;
 }
 
 static snell_status check_materials(const description *d, const type_info *type, const field *f,

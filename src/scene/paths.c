@@ -68,6 +68,7 @@ void shape_path_surface(const shape_path *path, surface *on) {
             for (int k = 0; k < 3; k++)
                 norm_squared += (double)to_local->m[j][k] * (double)to_local->m[j][k];
         surface_to_world(on, &path->to_world[i], to_local);
+        surface_tangents_to_world(on, &path->to_world[i]);
         if (length > 0) on->curvature *= norm_squared / length;
     }
     on->curvature = own;

@@ -79,7 +79,7 @@ static snell_status make_body_material(scene *s, light_body *body) {
 }
 
 /* Lights that are surfaces become shapes with a material; the others are made ready to be sampled. */
-static snell_status freeze_light_objects(scene *s, const object_list *lights) {
+static snell_status freeze_light_objects(scene *s, const object_list *lights, thread_pool *pool) {
     for (size_t i = 0; i < lights->count; i++) {
         const object *o = &lights->items[i];
         const light_type *type = (const light_type *)o->type;
@@ -93,7 +93,7 @@ static snell_status freeze_light_objects(scene *s, const object_list *lights) {
         } else {
             light *l = &s->lights[s->light_count++];
             *l = (light){type, o->desc, NULL, s->textures};
-            if (type->prepare) status = type->prepare(o->desc, s->textures, &l->state);
+            if (type->prepare) status = type->prepare(o->desc, s->textures, pool, &l->state);
         }
         if (status) return status;
     }
@@ -174,6 +174,11 @@ static void freeze_settings(scene *s, const description *d) {
     if (ambient) s->ambient = dvec3_from(((const ambient_desc *)ambient->desc)->color);
     s->brightest_background =
         double_max(dvec3_largest(s->background), dvec3_largest(s->background_top));
+    for (uint32_t i = 0; i < s->light_count; i++) { /* all around; not the small disk of a sun */
+        const light *l = &s->lights[i];
+        if (l->type->brightest)
+            s->brightest_background = double_max(s->brightest_background, l->type->brightest(l));
+    }
 }
 
 void scene_shutter(const description *d, const camera_common *camera, double out[2]) {
@@ -223,7 +228,7 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
     if (s == NULL) return error_no_memory();
     snell_status status = freeze_objects(s, d);
     if (!status) status = prepare_textures(s, pool);
-    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT]);
+    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT], pool);
     if (!status) freeze_settings(s, d);
     if (!status) status = freeze_clock(s, d);
     if (!status) status = scene_freeze_geometry(s, d, options, pool);
@@ -292,24 +297,48 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
 }
 
+/* What only textures and bump look at: most materials have none, and this is most of a point. */
+static void set_place(const scene_instance *at, const surface *local, const surface *world,
+                      bool has_uv, shade_point *out) {
+    const dvec3 none = {0, 0, 0};
+    texture_point *place = &out->at.at;
+    place->u = local->u;
+    place->v = local->v;
+    place->has_uv = has_uv && !at->type->unbounded;
+    place->local = local->p;
+    place->n = local->n;
+    place->dpdu = local->dpdu;
+    place->dpdv = local->dpdv;
+    place->dpdx = none;
+    place->dpdy = none;
+    place->dudx = place->dvdx = place->dudy = place->dvdy = 0;
+    out->dpdu = world->dpdu;
+    out->dpdv = world->dpdv;
+}
+
+/* Through every level of groups; dpdu and dpdv only for those who look at them. */
+static void bring_to_world(const scene_instance *at, const shape_path *path, bool tangents,
+                           surface *on) {
+    if (path->count) {
+        shape_path_surface(path, on);
+    } else if (!at->identity) {
+        surface_to_world(on, &at->to_world, &at->to_local);
+        if (tangents) surface_tangents_to_world(on, &at->to_world);
+    }
+}
+
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out) {
     scene_instance room;
     const scene_instance *at;
-    shape_path path = {.count = 0};
+    shape_path path;
+    path.count = 0;
     if (s->group_count) {
         scene_find_path(s, id, time, &path);
         at = path.levels[path.count - 1];
     } else {
         at = scene_posed(s, id, time, &room);
     }
-    if (at->type->parametrise && s->materials[at->material].textured)
-        at->type->parametrise(at->shape, on);
-    dvec3 local = on->p, local_n = on->n, local_u = on->dpdu, local_v = on->dpdv;
-    if (path.count)
-        shape_path_surface(&path, on);
-    else if (!at->identity)
-        surface_to_world(on, &at->to_world, &at->to_local);
     uint32_t index = at->material;
     bool has_uv = true;
     if (at->type->intersect == NULL) {
@@ -317,44 +346,43 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         if (mesh->material_slots_count) index = mesh->materials[on->material_slot].index1 - 1;
         has_uv = mesh->uvs_count != 0;
     }
+    const material *made_of = &s->materials[index];
+    if (made_of->textured) {
+        if (at->type->parametrise) at->type->parametrise(at->shape, on);
+        surface local = *on;
+        bring_to_world(at, &path, true, on);
+        set_place(at, &local, on, has_uv, out);
+    } else {
+        bring_to_world(at, &path, false, on);
+    }
     bool outside = dvec3_dot(on->n, wo) >= 0;
-    *out = (shade_point){.p = on->p,
-                         .wo = wo,
-                         .n = outside ? on->n : dvec3_negate(on->n),
-                         .ns = outside ? on->ns : dvec3_negate(on->ns),
-                         .outside = outside,
-                         .clearance = on->error,
-                         .instance = id,
-                         .primitive = primitive,
-                         .time = time,
-                         .flat = at->type->flat,
-                         .material = &s->materials[index],
-                         .dpdu = on->dpdu,
-                         .dpdv = on->dpdv,
-                         .curvature = on->curvature,
-                         .at = {.at = {.u = on->u,
-                                       .v = on->v,
-                                       .has_uv = has_uv && !at->type->unbounded,
-                                       .local = local,
-                                       .n = local_n,
-                                       .dpdu = local_u,
-                                       .dpdv = local_v},
-                                .tint = on->tint,
-                                .alpha = on->alpha,
-                                .outside = outside,
-                                .textures = s->textures,
-                                .materials = s->materials}};
+    /* One field after the other, as in surface_make. */
+    out->p = on->p;
+    out->wo = wo;
+    out->n = outside ? on->n : dvec3_negate(on->n);
+    out->ns = outside ? on->ns : dvec3_negate(on->ns);
+    out->outside = outside;
+    out->clearance = on->error;
+    out->instance = id;
+    out->primitive = primitive;
+    out->time = time;
+    out->flat = at->type->flat;
+    out->material = made_of;
+    out->curvature = on->curvature;
+    out->has_footprint = false;
+    out->at.tint = on->tint;
+    out->at.alpha = on->alpha;
+    out->at.outside = outside;
+    out->at.textures = s->textures;
+    out->at.materials = s->materials;
     /* A shading normal that faces away from the eye would reflect through the surface. */
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }
 
-ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max) {
-    surface here = surface_make(point->p, point->n, point->clearance);
-    vec3 o = surface_offset_origin(&here, dvec3_dot(point->n, d));
-    ray r = ray_make(o, vec3_from(d), 0, t_max);
-    if (point->flat) {
-        r.skip_instance = point->instance;
-        r.skip_primitive = point->primitive;
-    }
-    return r;
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out) {
+    vec3 o = surface_offset_point(point->p, point->n, point->clearance, dvec3_dot(point->n, d));
+    *out = ray_make(o, vec3_from(d), 0, t_max);
+    if (!point->flat) return;
+    out->skip_instance = point->instance;
+    out->skip_primitive = point->primitive;
 }

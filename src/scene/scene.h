@@ -102,7 +102,8 @@ typedef struct scene {
     dvec3 background, background_top, ambient;
     bool has_gradient;
     double background_alpha;
-    double brightest_background; /* its largest component anywhere */
+    double brightest_background; /* its largest component anywhere, or that of an
+                                    environment */
     bool has_filters;            /* some shadow rays pass through surfaces */
     bool has_unshadowing;        /* something casts no shadow */
     bool has_media;
@@ -167,10 +168,12 @@ typedef struct shade_point {
     float time;
     bool flat; /* a ray that leaves here cannot hit (instance, primitive) again */
     const material *material;
-    material_point at; /* where the material is looked up */
-    dvec3 dpdu, dpdv;  /* of p by u, v; 0 where the shape has no smooth coordinates */
-    double curvature;  /* of the shape, in its own space (geometry/primitive.h) */
-    /* From this sample to the next to the right (x) and down (y): p and ns. 0 without a footprint. */
+    material_point at; /* where the material is looked up; at.at: if material->textured */
+    /* If material->textured: of p by u, v; 0 where the shape has no smooth coordinates. */
+    dvec3 dpdu, dpdv;
+    double curvature; /* of the shape, in its own space (geometry/primitive.h) */
+    /* Once scene_set_footprint was called: from this sample to the next to the right (x) and down (y), p
+     * and ns; 0 where has_footprint is false. */
     dvec3 dpdx, dpdy, dndx, dndy;
     bool has_footprint;
 } shade_point;
@@ -187,6 +190,6 @@ void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d
 /* Bends ns of a point whose material has a normal map or bump; after the footprint. */
 void scene_bend_normal(const scene *s, shade_point *point);
 /* A ray from the point into direction d (any length), on the side of n that d points to. */
-ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max);
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out);
 
 #endif
