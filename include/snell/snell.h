@@ -267,6 +267,58 @@ SNELL_API snell_status snell_scene_add_light(snell_scene *scene, const char *typ
 SNELL_API snell_status snell_scene_add_shape(snell_scene *scene, const char *type,
                                              const snell_param *params, size_t count,
                                              snell_shape_id *out);
+/* A shape of your own, by functions: docs/add-a-shape.md makes one. It has primitive_count parts, each
+ * with a box by which rays find it. All is in the shape's own space, metres; an instance places it.
+ *
+ * The functions are called from many threads at once, while others read the same data: they change
+ * nothing, call nothing of this library that takes the same scene, and give the same result for the
+ * same arguments, on every machine if the picture shall be the same there. They run with rounding to
+ * nearest. `user` and what it points to stay as they are until the scene is destroyed.
+ *
+ * bounds: a box around every point that intersect may find; min > max: there is nothing.
+ * intersect: the nearest hit with t_min < t < t_max, where t is compared after it is rounded to float;
+ * false: none. A ray that leaves the surface starts beyond `error`, and must not find it again.
+ * surface: of a hit that intersect gave for the same ray. `position` is on the surface as exactly as
+ * you can: not the ray's point, but that brought back to the surface; `error` bounds the distance along
+ * the normal between it and the surface that intersect sees from there, roundings of double excepted. */
+typedef struct snell_user_ray {
+    snell_vec3 origin;
+    float t_min;
+    snell_vec3 direction; /* of any length; t counts in lengths of it */
+    float t_max;
+} snell_user_ray;
+typedef struct snell_user_hit {
+    float t, u, v; /* u, v: your own, for surface */
+} snell_user_hit;
+typedef struct snell_user_surface {
+    double position[3]; /* as the function is called: the ray's point at t */
+    double normal[3];   /* of any length, outward */
+    double error;       /* metres, >= 0 */
+    double curvature;   /* 1/m, the largest where the surface bends away from the normal; flat: 0 */
+    double uv[2];       /* texture coordinates */
+} snell_user_surface;
+typedef struct snell_user_shape_desc {
+    size_t struct_size;
+    void *user;
+    uint32_t primitive_count; /* from 1 to 2^28 - 2 */
+    void (*bounds)(void *user, uint32_t primitive, snell_bounds *out);
+    bool (*intersect)(void *user, uint32_t primitive, const snell_user_ray *ray,
+                      snell_user_hit *out);
+    void (*surface)(void *user, uint32_t primitive, const snell_user_ray *ray,
+                    const snell_user_hit *hit, snell_user_surface *out);
+} snell_user_shape_desc;
+static inline snell_user_shape_desc snell_user_shape_desc_init(size_t struct_size) {
+    snell_user_shape_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.primitive_count = 1;
+    return desc;
+}
+/* desc is copied; bounds is called before this returns, and again at commit. It casts shadows and is
+ * seen in mirrors as every shape is; it cannot be a light that is sampled, nor bound glass. */
+SNELL_API snell_status snell_scene_add_user_shape(snell_scene *scene,
+                                                  const snell_user_shape_desc *desc,
+                                                  const char *name, snell_shape_id *out);
 SNELL_API snell_status snell_scene_add_camera(snell_scene *scene, const char *type,
                                               const snell_param *params, size_t count,
                                               snell_camera_id *out);
