@@ -140,7 +140,7 @@ static bool leaf_contains(kind k, dvec3 p) {
     case PLANE: return p.y < 0.25;
     case CAPSULE: {
         double over = fabs(p.y) - 0.5;
-        return over > 0 ? ring * ring + over * over < 0.25 : ring < 0.5;
+        return ring * ring + (over > 0 ? over * over : 0) < (double)0.45f * (double)0.45f;
     }
     case ELLIPSOID: return p.x * p.x / 0.25 + p.y * p.y + p.z * p.z / 0.5625 < 1;
     case BALL_MESH: return in_ball(p);
@@ -281,7 +281,7 @@ static snell_shape_id add_leaf(rig *r, kind k) {
     case CAPSULE:
         capsule.from = v3(0, -0.5, 0);
         capsule.to = v3(0, 0.5, 0);
-        capsule.radius = 0.5f;
+        capsule.radius = 0.45f; /* not the cylinder's: where they part slowly, slivers are real */
         MUST(snell_scene_add_capsule(r->scene, &capsule, &id));
         break;
     case ELLIPSOID:
