@@ -62,6 +62,11 @@ typedef struct primitive_type {
     /* Beyond what the table can say; NULL: nothing. Reports with error_set. */
     snell_status (*check)(const void *desc);
     bounds3 (*bounds)(const void *desc); /* contains every point that intersect may return */
+    /* What is worked out once for all rays: a copy of the description that more follows after, which
+     * borrows the description's strings and arrays. All functions below get it in the description's
+     * place. Of a checked description, so NULL means out of memory. NULL: they get the description. */
+    void *(*prepare)(const void *desc);
+    void (*release)(void *prepared);
     /* The nearest hit with ray->t_min < t < ray->t_max: sets t, u, v. NULL for meshes, whose
      * triangles the kernels test themselves. */
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);

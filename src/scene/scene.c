@@ -234,6 +234,29 @@ static snell_status freeze_motion(scene *s, const instance *from, scene_instance
     return SNELL_OK;
 }
 
+/* What rays are traced against. */
+static const void *shape_of(const scene *s, const object_list *shapes, size_t index) {
+    void *prepared = s->shapes[index].prepared;
+    return prepared ? prepared : shapes->items[index].desc;
+}
+
+static snell_status prepare_shapes(scene *s, const description *d) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    s->shapes = memory_zeroed(shapes->count, sizeof *s->shapes);
+    if (s->shapes == NULL) return error_no_memory();
+    s->shape_count = shapes->count;
+    for (size_t i = 0; i < d->instance_count; i++) {
+        if (d->instances[i].removed) continue;
+        uint32_t index = d->instances[i].shape;
+        const primitive_type *type = (const primitive_type *)shapes->items[index].type;
+        prepared_shape *to = &s->shapes[index];
+        if (type->prepare == NULL || to->prepared) continue;
+        *to = (prepared_shape){type, type->prepare(shapes->items[index].desc)};
+        if (to->prepared == NULL) return error_no_memory();
+    }
+    return SNELL_OK;
+}
+
 static snell_status freeze_instances(scene *s, const description *d, accel_instance *out) {
     uint32_t count = 0;
     for (size_t i = 0; i < d->instance_count; i++) {
@@ -242,7 +265,7 @@ static snell_status freeze_instances(scene *s, const description *d, accel_insta
         const object *shape = &d->objects[CATEGORY_SHAPE].items[from->shape];
         scene_instance *at = &s->instances[count];
         *at = (scene_instance){.type = (const primitive_type *)shape->type,
-                               .shape = shape->desc,
+                               .shape = shape_of(s, &d->objects[CATEGORY_SHAPE], from->shape),
                                .shape_index = from->shape,
                                .material = from->material == NO_MATERIAL ? s->material_count
                                                                          : from->material,
@@ -313,11 +336,12 @@ static snell_status freeze_geometry(scene *s, const description *d, const scene_
     snell_status status = SNELL_OK;
     if (!geometries || !instances || !s->instances || !s->instance_ids || !s->motions)
         status = error_no_memory();
+    if (!status) status = prepare_shapes(s, d);
     if (!status) status = freeze_instances(s, d, instances);
     if (!status) {
         for (size_t i = 0; i < shapes->count; i++)
             geometries[i] = (accel_geometry){(const primitive_type *)shapes->items[i].type,
-                                             shapes->items[i].desc};
+                                             shape_of(s, shapes, i)};
         freeze_bodies(s, (uint32_t)shapes->count, geometries, instances);
         accel_input input = {geometries, shapes->count + s->body_count, instances,
                              s->instance_count};
@@ -404,6 +428,9 @@ void scene_destroy(scene *s) {
     free(s->materials);
     free(s->default_material);
     free(s->lights);
+    for (size_t i = 0; s->shapes && i < s->shape_count; i++)
+        if (s->shapes[i].prepared) s->shapes[i].type->release(s->shapes[i].prepared);
+    free(s->shapes);
     free(s->instances);
     free(s->instance_ids);
     for (uint32_t i = 0; i < s->motion_count; i++) motion_free(&s->motions[i]);

@@ -26,7 +26,7 @@ enum {
 
 typedef struct scene_instance {
     const primitive_type *type; /* of the shape */
-    const void *shape;          /* its desc */
+    const void *shape;          /* its desc, or what was prepared from it */
     uint32_t shape_index;
     uint32_t material; /* index into materials; slots of a mesh choose others */
     bool identity;
@@ -53,6 +53,12 @@ typedef struct light_body {
     void *material_desc;
 } light_body;
 
+/* What a shape's type made of its description (primitive_type.prepare). */
+typedef struct prepared_shape {
+    const primitive_type *type;
+    void *prepared; /* NULL: nothing, the description serves */
+} prepared_shape;
+
 typedef struct scene {
     texture *textures;
     material *materials;    /* [material_count] is the grey Lambert of shapes without one */
@@ -66,6 +72,8 @@ typedef struct scene {
     light_tree *tree; /* over the lights that are somewhere (`placed`), then the emitters */
     uint32_t *placed, *nowhere; /* registry lights */
     uint32_t placed_count, nowhere_count;
+    prepared_shape *shapes; /* of the description */
+    size_t shape_count;
     scene_instance *instances;
     uint32_t *instance_ids; /* index in the description of each; NO_ID: the shape of a light */
     uint32_t instance_count;
