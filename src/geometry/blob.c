@@ -361,11 +361,13 @@ static bool gather(const prepared *blob, const level_line *line, double low, dou
     return true;
 }
 
-/* What the walk along a line carries from one polynomial to the next: the side, so that the crossings
+/* What the walk along a line carries from one polynomial to the next, whatever part of it is asked for
+ * (see level_stretch): the side, so that the crossings
  * enter and leave in turns whatever the rounding where two polynomials meet. */
 typedef struct walker {
     level_visit *visit;
     void *user;
+    double from, to;
     bool started, inside;
 } walker;
 
@@ -380,21 +382,20 @@ static bool walk_polynomial(walker *w, const polynomial *p, double low, double h
     while (count > 0) {
         polynomial *here = &parts[count - 1];
         double end = ends[count - 1], middle = (start + end) / 2;
-        if (!w->started) {
-            w->inside = here->b[0] < 0;
-            w->started = true;
-        }
         if (sign_changes(here) > 1 && count < DEPTH_MAX && middle > start && middle < end) {
             polynomial whole = *here;
             split(&whole, 0.5, &parts[count], here);
             ends[count++] = middle;
             continue;
         }
+        if (!w->started) w->inside = here->b[0] < 0;
+        w->started = true;
         bool next = here->b[DEGREE] < 0;
         if (next != w->inside) {
             double part = level_refine(polynomial_value, here, NULL, 0, 1, w->inside);
+            double s = start + part * (end - start);
             w->inside = next;
-            if (!w->visit(w->user, start + part * (end - start), next, 0)) return false;
+            if (s >= w->from && s <= w->to && !w->visit(w->user, s, next, 0)) return false;
         }
         start = end;
         count--;
@@ -427,7 +428,8 @@ static bool walk_stretch(walker *w, const stretch *s) {
     qsort(places, count, sizeof *places, compare_doubles);
     for (size_t k = 0; k + 1 < count; k++) {
         double low = places[k], high = places[k + 1];
-        if (!(low < high)) continue;
+        if (!(low < high) || high <= w->from) continue;
+        if (low >= w->to) return false;
         polynomial piece = restrict_to(s, low, high);
         for (int i = 0; i < s->count; i++) {
             const met_ball *ball = &s->balls[i];
@@ -446,10 +448,8 @@ static void walk(const void *shape, const level_line *line, double from, double 
     const prepared *blob = shape;
     double low, high, ends[DEPTH_MAX];
     if (!level_line_clip(line, blob->size, &low, &high)) return;
-    low = double_max(low, from);
-    high = double_min(high, to);
-    if (!(low < high)) return;
-    walker w = {.visit = visit, .user = user};
+    if (!(low < to && high > from)) return;
+    walker w = {.visit = visit, .user = user, .from = from, .to = to};
     stretch here;
     int count = 1;
     ends[0] = high;

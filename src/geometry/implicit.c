@@ -177,16 +177,17 @@ static void walk(const void *shape, const level_line *line, double from, double 
     const prepared *implicit = shape;
     box_crossing in, out;
     if (!cross_box(implicit, line, &in, &out)) return;
-    double low = double_max(in.s, from), high = double_min(out.s, to), slope;
-    if (!(low < high)) return;
+    level_stretch where = {in.s, out.s, from, to};
     bool capped = implicit->desc.capped, inside;
-    if (capped && in.s >= from && value_at(shape, line, low, &slope) < 0 &&
+    double slope;
+    if (!(in.s < to && out.s > from)) return;
+    if (capped && in.s >= from && value_at(shape, line, in.s, &slope) < 0 &&
         !visit(user, in.s, true, 1 + in.face))
         return;
-    if (!level_isolate(&function, shape, line, low, high, 0x1p-24 * implicit->size, &inside, visit,
-                       user))
-        return;
-    if (capped && inside && out.s <= to) visit(user, out.s, false, 1 + out.face);
+    if (level_isolate(&function, shape, line, where, 0x1p-24 * implicit->size, &inside, visit,
+                      user) &&
+        capped && inside && out.s <= to)
+        visit(user, out.s, false, 1 + out.face);
 }
 
 static double gradient_at(const void *shape, dvec3 p, dvec3 *gradient) {

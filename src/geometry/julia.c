@@ -15,7 +15,8 @@
 #include "geometry/level_set.h"
 
 #define JULIA_FIELDS(F, T)                                                                         \
-    F(T, c, VEC3, DEFAULT(-0.2f, 0.6f, 0.2f), ANY, "", "the constant: real part, i, j")            \
+    F(T, c, VEC3, DEFAULT(-0.2f, 0.6f, 0.2f), RANGE(-100, 100), "",                                \
+      "the constant: real part, i, j")                                                             \
     F(T, c_k, FLOAT, DEFAULT(0.2f), RANGE(-100, 100), "", "its fourth part, k")                    \
     F(T, slice, FLOAT, DEFAULT(0), RANGE(-100, 100), "m", "the fourth coordinate of the cut")      \
     F(T, iterations, INT, DEFAULT(9), RANGE(1, 60), "", "steps of q -> q^2 + c: the detail")       \
@@ -211,14 +212,11 @@ static const level_function function = {value_at, range_over};
 static void walk(const void *shape, const level_line *line, double from, double to,
                  level_visit *visit, void *user) {
     const prepared *julia = shape;
-    double low, high;
+    level_stretch where = {.from = from, .to = to};
     bool inside;
-    if (!level_line_clip(line, julia->size, &low, &high)) return;
-    low = double_max(low, from);
-    high = double_min(high, to);
-    if (low < high)
-        level_isolate(&function, shape, line, low, high, 0x1p-24 * julia->size, &inside, visit,
-                      user);
+    if (!level_line_clip(line, julia->size, &where.low, &where.high)) return;
+    if (where.low < to && where.high > from)
+        level_isolate(&function, shape, line, where, 0x1p-24 * julia->size, &inside, visit, user);
 }
 
 static double noise_at(const void *shape, dvec3 p) {

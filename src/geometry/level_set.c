@@ -48,15 +48,16 @@ double level_refine(double (*value)(const void *shape, const level_line *line, d
 }
 
 /* The stretches that are still to do lie on a stack, each by its far end. */
-bool level_isolate(const level_function *f, const void *shape, const level_line *line, double low,
-                   double high, double resolution, bool *inside, level_visit *visit, void *user) {
+bool level_isolate(const level_function *f, const void *shape, const level_line *line,
+                   level_stretch where, double resolution, bool *inside, level_visit *visit,
+                   void *user) {
     enum { DEPTH_MAX = 64 };
-    double ends[DEPTH_MAX] = {high}, slope;
+    double ends[DEPTH_MAX] = {where.high}, low = where.low, slope;
     int count = 1, looks = 0;
-    *inside = f->value(shape, line, low, &slope) < 0;
-    while (count > 0) {
+    bool started = false, next;
+    while (count > 0 && low < where.to) {
         double end = ends[count - 1], middle = (low + end) / 2;
-        bool next;
+        bool divisible = count < DEPTH_MAX && middle > low && middle < end;
         level_range range;
         f->range(shape, line, low, end, &range);
         bool monotone = range.defined && (range.slope.low > 0 || range.slope.high < 0);
@@ -64,17 +65,21 @@ bool level_isolate(const level_function *f, const void *shape, const level_line 
             next = false;
         } else if (range.value.high < 0 && range.defined) {
             next = true;
-        } else if (monotone || end - low <= resolution || ++looks > LEVEL_LOOKS_MAX ||
-                   count == DEPTH_MAX || !(middle > low && middle < end)) {
+        } else if (monotone || end - low <= resolution || ++looks > LEVEL_LOOKS_MAX || !divisible) {
             next = f->value(shape, line, end, &slope) < 0;
+        } else if (!started && middle <= where.from) {
+            low = middle; /* the first half is of no interest */
+            continue;
         } else {
             ends[count++] = middle;
             continue;
         }
+        if (!started) *inside = f->value(shape, line, low, &slope) < 0;
+        started = true;
         if (next != *inside) {
             double s = level_refine(f->value, shape, line, low, end, *inside);
             *inside = next;
-            if (!visit(user, s, next, 0)) return false;
+            if (s >= where.from && s <= where.to && !visit(user, s, next, 0)) return false;
         }
         low = end;
         count--;

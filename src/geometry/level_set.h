@@ -49,10 +49,17 @@ typedef struct level_function {
                   level_range *out);
 } level_function;
 
-/* Visits the sign changes of f between low and high; *inside is the side at low, then at high. false:
- * the visitor had enough. */
-bool level_isolate(const level_function *f, const void *shape, const level_line *line, double low,
-                   double high, double resolution, bool *inside, level_visit *visit, void *user);
+/* The stretch of the line in which a shape lies, and of that what is asked for. The former is always
+ * halved in the same places, so that a root is the same number whoever asks. */
+typedef struct level_stretch {
+    double low, high, from, to;
+} level_stretch;
+
+/* Visits the sign changes of f between from and to; *inside is the side at the end. false: the
+ * visitor had enough. */
+bool level_isolate(const level_function *f, const void *shape, const level_line *line,
+                   level_stretch where, double resolution, bool *inside, level_visit *visit,
+                   void *user);
 
 /* The root between low and high, of which one side is inside: Newton's method, or halving where that
  * would leave the bracket or not shrink it by half. */
