@@ -8,90 +8,88 @@
 #include "shape_subject.h"
 
 /* A function that is negative inside, of a point in units of the shape's size from its middle. */
-typedef real field_fn(const void *field, vec p);
+typedef real field_fn(const void *user, vec p);
 
-static vec field_gradient(field_fn *f, const void *field, vec p) {
+static vec field_gradient(field_fn *f, const void *user, vec p) {
     const real h = 1e-7L;
-    return (vec){
-        (f(field, (vec){p.x + h, p.y, p.z}) - f(field, (vec){p.x - h, p.y, p.z})) / (2 * h),
-        (f(field, (vec){p.x, p.y + h, p.z}) - f(field, (vec){p.x, p.y - h, p.z})) / (2 * h),
-        (f(field, (vec){p.x, p.y, p.z + h}) - f(field, (vec){p.x, p.y, p.z - h})) / (2 * h)};
+    return (vec){(f(user, (vec){p.x + h, p.y, p.z}) - f(user, (vec){p.x - h, p.y, p.z})) / (2 * h),
+                 (f(user, (vec){p.x, p.y + h, p.z}) - f(user, (vec){p.x, p.y - h, p.z})) / (2 * h),
+                 (f(user, (vec){p.x, p.y, p.z + h}) - f(user, (vec){p.x, p.y, p.z - h})) / (2 * h)};
 }
 
 /* To first order, which near the surface is enough. */
-static real field_distance(field_fn *f, const void *field, vec p) {
-    real steep = length(field_gradient(f, field, p));
-    return f(field, p) / (steep > 1e-9L ? steep : 1e-9L);
+static real field_distance(field_fn *f, const void *user, vec p) {
+    real steep = length(field_gradient(f, user, p));
+    return f(user, p) / (steep > 1e-9L ? steep : 1e-9L);
 }
 
-static real field_halve(field_fn *f, const void *field, vec o, vec d, real low, real high) {
-    bool inside = f(field, plus(o, times(d, low))) < 0;
+static real field_halve(field_fn *f, const void *user, vec o, vec d, real low, real high) {
+    bool inside = f(user, plus(o, times(d, low))) < 0;
     for (int n = 0; n < 60; n++) {
         real middle = (low + high) / 2;
-        *((f(field, plus(o, times(d, middle))) < 0) == inside ? &low : &high) = middle;
+        *((f(user, plus(o, times(d, middle))) < 0) == inside ? &low : &high) = middle;
     }
     return (low + high) / 2;
 }
 
 /* Where the function is least, or most, between low and high, by thirds. */
-static real field_extreme(field_fn *f, const void *field, vec o, vec d, real low, real high,
+static real field_extreme(field_fn *f, const void *user, vec o, vec d, real low, real high,
                           real sign) {
     for (int n = 0; n < 80; n++) {
         real a = low + (high - low) / 3, b = high - (high - low) / 3;
-        bool first = sign * f(field, plus(o, times(d, a))) < sign * f(field, plus(o, times(d, b)));
+        bool first = sign * f(user, plus(o, times(d, a))) < sign * f(user, plus(o, times(d, b)));
         *(first ? &high : &low) = first ? b : a;
     }
     return (low + high) / 2;
 }
 
 /* Nearly along the surface the rounding of a far place is multiplied; too near, nobody can say. */
-static void field_root(field_fn *f, const void *field, vec o, vec d, real s, real away, root *out) {
+static void field_root(field_fn *f, const void *user, vec o, vec d, real s, real away, root *out) {
     const real h = 1e-6L;
-    real steep = length(field_gradient(f, field, plus(o, times(d, s))));
-    real slope =
-        (f(field, plus(o, times(d, s + h))) - f(field, plus(o, times(d, s - h)))) / (2 * h);
+    real steep = length(field_gradient(f, user, plus(o, times(d, s))));
+    real slope = (f(user, plus(o, times(d, s + h))) - f(user, plus(o, times(d, s - h)))) / (2 * h);
     real part = fabsl(slope) / (steep > 0 ? steep : 1);
     *out = (root){s, part < 1e-5L ? 0 : part, 1e-9L + 1e-14L * (1 + away) / part};
 }
 
 /* All roots of the line o + s d, |d| = 1, between low and high; away: how many sizes the shape is from
  * the origin. Cells at whose ends there is nearly a root are looked at again, in parts. */
-static int field_scan(field_fn *f, const void *field, vec o, vec d, real low, real high, real away,
-                      int level, root roots[ROOTS]) {
-    enum { PLACES = 120, PARTS = 30 };
+static int field_scan(field_fn *f, const void *user, vec o, vec d, real low, real high, real away,
+                      int places, root roots[ROOTS]) {
+    enum { PLACES = 400, PARTS = 40 };
     const real h = 1e-7L;
-    int places = level ? PARTS : PLACES, count = 0;
+    int count = 0, parts = places > PARTS ? PARTS : PARTS - 1;
     real value[PLACES + 1], slope[PLACES + 1], step = (high - low) / places;
     for (int i = 0; i <= places; i++) {
-        real s = low + i * step, ahead = f(field, plus(o, times(d, s + h)));
-        value[i] = f(field, plus(o, times(d, s)));
+        real s = low + i * step, ahead = f(user, plus(o, times(d, s + h)));
+        value[i] = f(user, plus(o, times(d, s)));
         slope[i] = ahead - value[i];
     }
     for (int i = 0; i < places && count < ROOTS - 4; i++) {
         real s = low + i * step, sign = value[i] < 0 ? -1 : 1;
-        if (level < 2 && (fabsl(value[i]) < 1e-4L || fabsl(value[i + 1]) < 1e-4L)) {
+        if (places >= PARTS && (fabsl(value[i]) < 1e-4L || fabsl(value[i + 1]) < 1e-4L)) {
             root few[ROOTS];
-            int found = field_scan(f, field, o, d, s, s + step, away, level + 1, few);
+            int found = field_scan(f, user, o, d, s, s + step, away, parts, few);
             for (int k = 0; k < found && count < ROOTS - 4; k++) roots[count++] = few[k];
             continue;
         }
         if ((value[i] < 0) != (value[i + 1] < 0)) {
-            real at = field_halve(f, field, o, d, s, s + step);
-            field_root(f, field, o, d, at, away, &roots[count++]);
+            real at = field_halve(f, user, o, d, s, s + step);
+            field_root(f, user, o, d, at, away, &roots[count++]);
             continue;
         }
         if (sign * slope[i] >= 0 || sign * slope[i + 1] <= 0) continue;
-        real extreme = field_extreme(f, field, o, d, s, s + step, sign);
-        real least_value = sign * f(field, plus(o, times(d, extreme)));
+        real extreme = field_extreme(f, user, o, d, s, s + step, sign);
+        real least_value = sign * f(user, plus(o, times(d, extreme)));
         if (least_value > 1e-7L) continue;
         if (least_value > -1e-7L) {
             roots[count++] = (root){extreme, 0, 1e-9L}; /* too close to call */
             continue;
         }
-        real one = field_halve(f, field, o, d, s, extreme);
-        field_root(f, field, o, d, one, away, &roots[count++]);
-        real other = field_halve(f, field, o, d, extreme, s + step);
-        field_root(f, field, o, d, other, away, &roots[count++]);
+        real one = field_halve(f, user, o, d, s, extreme);
+        field_root(f, user, o, d, one, away, &roots[count++]);
+        real other = field_halve(f, user, o, d, extreme, s + step);
+        field_root(f, user, o, d, other, away, &roots[count++]);
     }
     return count;
 }
@@ -137,8 +135,8 @@ static struct {
 static real least(real a, real b) { return a < b ? a : b; }
 static real most(real a, real b) { return a > b ? a : b; }
 
-static real formula_value(const void *field, vec p) {
-    (void)field;
+static real formula_value(const void *user, vec p) {
+    (void)user;
     real a = formula.a, b = formula.b, x = p.x, y = p.y, z = p.z;
     switch (formula.kind) {
     case 0: return x * x + y * y + z * z - a + 0.02L * sinl(9 * x) * sinl(9 * y) * cosl(9 * z);
@@ -227,7 +225,7 @@ static int solve_implicit(const void *desc, vec o, vec d, root roots[ROOTS]) {
     }
     real from = (in - line.start) / line.per_t, to = (out - line.start) / line.per_t;
     int count = field_scan(formula_value, NULL, line.o, line.d, from, to,
-                           length(formula.middle) / formula.size, 0, roots);
+                           length(formula.middle) / formula.size, 120, roots);
     for (int end = 0; end < 2 && count < ROOTS; end++) {
         real at = end ? to : from;
         real value = formula_value(NULL, plus(line.o, times(line.d, at)));
@@ -290,8 +288,8 @@ static struct {
     vec middle;
 } balls;
 
-static real balls_value(const void *field, vec p) {
-    (void)field;
+static real balls_value(const void *user, vec p) {
+    (void)user;
     real sum = balls.threshold;
     for (int i = 0; i < BALLS; i++) {
         vec r = minus(p, balls.center[i]);
@@ -327,7 +325,7 @@ static int solve_blob(const void *desc, vec o, vec d, root roots[ROOTS]) {
     real left = 1 - dot(line.o, line.o);
     if (left < 0) return 0;
     int count = field_scan(balls_value, NULL, line.o, line.d, -sqrtl(left), sqrtl(left),
-                           length(balls.middle) / balls.size, 0, roots);
+                           length(balls.middle) / balls.size, 400, roots);
     field_to_ray(&line, roots, count);
     return count;
 }
@@ -348,8 +346,8 @@ typedef struct julia_like {
 } julia_like;
 
 /* A quaternion by the product of any two: (r, v) (s, w) = (r s - v w, r w + s v + v x w). */
-static real julia_value(const void *field, vec p) {
-    const julia_like *s = field;
+static real julia_value(const void *user, vec p) {
+    const julia_like *s = user;
     real r = p.x, k = s->slice,
          size2 = s->c.x * (real)s->c.x + s->c.y * (real)s->c.y + s->c.z * (real)s->c.z +
                  s->c_k * (real)s->c_k;
@@ -377,7 +375,7 @@ static int solve_julia(const void *desc, vec o, vec d, root roots[ROOTS]) {
     real left = 9 - dot(line.o, line.o);
     if (left < 0) return 0;
     int count =
-        field_scan(julia_value, desc, line.o, line.d, -sqrtl(left), sqrtl(left), 0, 0, roots);
+        field_scan(julia_value, desc, line.o, line.d, -sqrtl(left), sqrtl(left), 0, 400, roots);
     field_to_ray(&line, roots, count);
     return count;
 }

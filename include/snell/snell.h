@@ -1563,6 +1563,80 @@ static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
+typedef struct snell_capsule_desc { /* a cylinder with rounded ends */
+    size_t struct_size;
+    snell_vec3 from; /* the centre of the ball at one end; m; required */
+    snell_vec3 to; /* the centre of the ball at the other end; m; required */
+    float radius; /* the radius; m; > 0 */
+} snell_capsule_desc;
+static inline snell_capsule_desc snell_capsule_desc_init(size_t struct_size) {
+    snell_capsule_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_capsule(snell_scene *scene, const snell_capsule_desc *desc, snell_shape_id *out);
+
+typedef struct snell_ellipsoid_desc { /* a stretched sphere */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m */
+    snell_vec3 radii; /* half the size along x, y and z; m; > 0 */
+} snell_ellipsoid_desc;
+static inline snell_ellipsoid_desc snell_ellipsoid_desc_init(size_t struct_size) {
+    snell_ellipsoid_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radii.x = (float)1;
+    desc.radii.y = (float)1;
+    desc.radii.z = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_ellipsoid(snell_scene *scene, const snell_ellipsoid_desc *desc, snell_shape_id *out);
+
+typedef struct snell_quadric_desc { /* a surface of the second degree within a box: hyperboloids, bowls, saddles */
+    size_t struct_size;
+    snell_vec3 square; /* the factors of x^2, y^2 and z^2 */
+    snell_vec3 mixed; /* the factors of xy, xz and yz */
+    snell_vec3 linear; /* the factors of x, y and z */
+    float constant; /* what is added: the sum is 0 on the surface */
+    snell_vec3 min; /* the box's smallest coordinates; m */
+    snell_vec3 max; /* the box's largest coordinates; m */
+} snell_quadric_desc;
+static inline snell_quadric_desc snell_quadric_desc_init(size_t struct_size) {
+    snell_quadric_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.min.x = (float)-1;
+    desc.min.y = (float)-1;
+    desc.min.z = (float)-1;
+    desc.max.x = (float)1;
+    desc.max.y = (float)1;
+    desc.max.z = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_quadric(snell_scene *scene, const snell_quadric_desc *desc, snell_shape_id *out);
+
+typedef struct snell_superellipsoid_desc { /* between a sphere, a box, a cylinder and an octahedron */
+    size_t struct_size;
+    snell_vec3 center; /* the centre; m */
+    snell_vec3 radii; /* half the size along x, y and z; m; > 0 */
+    float e1; /* seen from above: 0 a square, 1 round, 2 a diamond; 0.015625 to 2 */
+    float e2; /* seen from the side: 0 a square, 1 round, 2 a diamond; 0.015625 to 2 */
+} snell_superellipsoid_desc;
+static inline snell_superellipsoid_desc snell_superellipsoid_desc_init(size_t struct_size) {
+    snell_superellipsoid_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radii.x = (float)1;
+    desc.radii.y = (float)1;
+    desc.radii.z = (float)1;
+    desc.e1 = (float)1;
+    desc.e2 = (float)1;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_superellipsoid(snell_scene *scene, const snell_superellipsoid_desc *desc, snell_shape_id *out);
+
 typedef struct snell_implicit_desc { /* where a formula in x, y, z is below 0; distance fields too */
     size_t struct_size;
     const char *f; /* formula in x, y, z: "x^2 + y^2 + z^2 - 1"; solid where below 0; required */
@@ -1604,7 +1678,7 @@ SNELL_API snell_status snell_scene_add_blob(snell_scene *scene, const snell_blob
 
 typedef struct snell_julia_desc { /* a quaternion Julia set */
     size_t struct_size;
-    snell_vec3 c; /* the constant: real part, i, j */
+    snell_vec3 c; /* the constant: real part, i, j; -100 to 100 */
     float c_k; /* its fourth part, k; -100 to 100 */
     float slice; /* the fourth coordinate of the cut; m; -100 to 100 */
     int32_t iterations; /* steps of q -> q^2 + c: the detail; 1 to 60 */

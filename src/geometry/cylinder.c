@@ -50,6 +50,11 @@ static int side(const void *desc, dvec3 p) {
     return revolved_side(&shape, p);
 }
 
+static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {
+    revolved shape = revolved_of(desc);
+    return revolved_spans(&shape, beam, out, capacity);
+}
+
 static double area(const void *desc, uint32_t primitive) {
     (void)primitive;
     revolved shape = revolved_of(desc);
@@ -71,6 +76,7 @@ const primitive_type primitive_cylinder = {
     .surface = fill_surface,
     .parametrise = parametrise,
     .side = side,
+    .spans = spans,
     .area = area,
     .sample_area = sample_area,
 };

@@ -79,15 +79,10 @@ static snell_status check_lipschitz(const implicit_desc *implicit, const express
 
 static snell_status check(const void *desc) {
     const implicit_desc *implicit = desc;
-    const float low[3] = {implicit->min.x, implicit->min.y, implicit->min.z};
-    const float high[3] = {implicit->max.x, implicit->max.y, implicit->max.z};
-    for (int i = 0; i < 3; i++)
-        if (!(low[i] < high[i]))
-            return error_set(SNELL_ERR_ARGUMENT, "every number of 'min' must be less than of 'max'",
-                             "implicit: 'min' %c is %g and 'max' %c is %g", "xyz"[i],
-                             (double)low[i], "xyz"[i], (double)high[i]);
+    snell_status status = surface_check_box("implicit", implicit->min, implicit->max);
+    if (status) return status;
     expression *f = NULL;
-    snell_status status = expression_create("implicit: 'f'", implicit->f, &f);
+    status = expression_create("implicit: 'f'", implicit->f, &f);
     if (!status && implicit->lipschitz > 0) status = check_lipschitz(implicit, f);
     expression_destroy(f);
     return status;
@@ -224,25 +219,29 @@ static int spans(const void *shape, const local_ray *beam, span *out, int capaci
     return level_spans(&kind, shape, beam, out, capacity);
 }
 
-static surface surface_of_face(const prepared *implicit, int face, dvec3 p) {
+static dvec3 into_box(const prepared *implicit, dvec3 p) {
     dvec3 low = dvec3_from(implicit->desc.min), high = dvec3_from(implicit->desc.max);
-    double at[3] = {p.x, p.y, p.z}, n[3] = {0};
-    const double lows[3] = {low.x, low.y, low.z}, highs[3] = {high.x, high.y, high.z};
-    double magnitude = implicit->size;
-    for (int i = 0; i < 3; i++) {
-        at[i] = double_min(double_max(at[i], lows[i]), highs[i]);
-        magnitude += fabs(at[i]);
-    }
-    at[face / 2] = face & 1 ? highs[face / 2] : lows[face / 2];
-    n[face / 2] = face & 1 ? 1 : -1;
-    return surface_make((dvec3){at[0], at[1], at[2]}, (dvec3){n[0], n[1], n[2]},
-                        64 * DOUBLE_EPSILON * magnitude);
+    return (dvec3){double_min(double_max(p.x, low.x), high.x),
+                   double_min(double_max(p.y, low.y), high.y),
+                   double_min(double_max(p.z, low.z), high.z)};
+}
+
+static surface surface_of_face(const prepared *implicit, int face, dvec3 p) {
+    const vec3 corner = face & 1 ? implicit->desc.max : implicit->desc.min;
+    dvec3 at = into_box(implicit, p), n = {0, 0, 0};
+    double upper = face & 1 ? 1 : -1;
+    if (face / 2 == 0) at.x = corner.x, n.x = upper;
+    if (face / 2 == 1) at.y = corner.y, n.y = upper;
+    if (face / 2 == 2) at.z = corner.z, n.z = upper;
+    double magnitude = fabs(at.x) + fabs(at.y) + fabs(at.z) + implicit->size;
+    return surface_make(at, n, 64 * DOUBLE_EPSILON * magnitude);
 }
 
 static void fill_surface(const void *shape, const local_ray *beam, const hit *found, surface *out) {
     const prepared *implicit = shape;
     if (!(found->v >= 1 && found->v <= 6)) {
         level_surface(&kind, shape, beam, found, out);
+        out->p = into_box(implicit, out->p); /* the gradient may have led a rounding out of it */
         return;
     }
     level_line line = {.speed = 1};

@@ -1,7 +1,5 @@
 #include "geometry/level_set.h"
 
-#include "maths/functions.h"
-
 bool level_line_make(const local_ray *beam, dvec3 middle, level_line *out) {
     dvec3 d = dvec3_from(beam->d), o = dvec3_sub(dvec3_from(beam->o), middle);
     double speed = dvec3_length(d);
@@ -216,10 +214,4 @@ void level_surface(const level_shape *kind, const void *shape, const local_ray *
                         (error < most ? error : most) + 64 * DOUBLE_EPSILON * magnitude +
                             surface_shift_error(at, curvature));
     out->curvature = curvature;
-}
-
-void level_parametrise(dvec3 middle, surface *s) {
-    dvec3 r = dvec3_normalize(dvec3_sub(s->p, middle));
-    s->u = 0.5 + fn_atan2(r.x, r.z) / (2 * PI);
-    s->v = 1 - fn_acos(double_max(-1, double_min(r.y, 1))) / PI;
 }

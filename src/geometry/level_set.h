@@ -92,7 +92,10 @@ void level_surface(const level_shape *kind, const void *shape, const local_ray *
                    const hit *found, surface *out);
 /* The point of the ray at the hit, relative to the middle, before it is brought to the surface. */
 dvec3 level_hit_point(const level_line *line, const hit *found);
-/* u, v as on a globe about the middle; without tangents. */
-void level_parametrise(dvec3 middle, surface *s);
+/* u, v as on a globe about the middle, without tangents: they are only a way to tell places apart. */
+static inline void level_parametrise(dvec3 middle, surface *s) {
+    surface_globe(s, dvec3_normalize(dvec3_sub(s->p, middle)), 0);
+    s->dpdu = s->dpdv = (dvec3){0, 0, 0};
+}
 
 #endif

@@ -83,8 +83,10 @@ typedef struct primitive_type {
     int (*side)(const void *desc, dvec3 p);
     /* The stretches of the line o + t d, -infinity < t < infinity, that lie inside, in ascending order
      * and apart from one another; t_min and t_max of the ray do not count. Returns how many there
-     * are; more than `capacity`: capacity + 1. Agrees with `intersect` and `side`. For closed shapes and
-     * half-spaces, which solids are made of; NULL: cannot be part of a solid. */
+     * are; more than `capacity`: capacity + 1; -1, whatever the line: this one is open (a tube, a
+     * lathe whose ends are off the axis) and cannot be part of a solid. Agrees with `intersect` and
+     * `side`; where the line only touches the shape there may be a stretch or none. For closed
+     * shapes and half-spaces, which solids are made of; NULL: no shape of this type can be. */
     int (*spans)(const void *desc, const local_ray *beam, span *out, int capacity);
     /* Sampling by area, for shapes that shine; in the shape's own space.
      * area: of the whole surface, or of one triangle of a mesh (primitive; 0 elsewhere), m^2. NULL:

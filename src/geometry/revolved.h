@@ -33,6 +33,7 @@ bool revolved_intersect(const revolved *shape, const local_ray *beam, hit *found
 void revolved_surface(const revolved *shape, const local_ray *beam, const hit *found, surface *out);
 void revolved_parametrise(const revolved *shape, surface *s);
 int revolved_side(const revolved *shape, dvec3 p);
+int revolved_spans(const revolved *shape, const local_ray *beam, span *out, int capacity);
 double revolved_area(const revolved *shape);
 void revolved_sample_area(const revolved *shape, double u, double v, surface *out);
 

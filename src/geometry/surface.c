@@ -1,5 +1,8 @@
 #include "geometry/surface.h"
 
+#include "base/error.h"
+#include "maths/functions.h"
+
 /* x rounded to float, strictly beyond `from` in the direction of `step`; to nearest if step is 0.
  */
 static float round_beyond(double x, double from, double step) {
@@ -55,4 +58,46 @@ void surface_to_world(surface *s, const transform *to_world, const transform *to
     s->ns = dvec3_normalize(transform_normal(to_local, s->ns));
     double cosine = dvec3_dot(s->ns, s->n);
     if (!(cosine > 0)) s->ns = s->n;
+}
+
+void surface_globe(surface *s, dvec3 n, double radius) {
+    double height = n.y < -1 ? -1 : n.y > 1 ? 1 : n.y;
+    s->u = 0.5 + fn_atan2(n.x, n.z) / (2 * PI);
+    s->v = 1 - fn_acos(height) / PI;
+    double r = radius, ring = sqrt(n.x * n.x + n.z * n.z);
+    if (!(ring > 0)) return; /* a pole: u has no direction */
+    s->dpdu = (dvec3){2 * PI * r * n.z, 0, -2 * PI * r * n.x};
+    s->dpdv = dvec3_scale((dvec3){-height * n.x / ring, ring, -height * n.z / ring}, PI * r);
+}
+
+void surface_fold(dvec3 n, float *u, float *v) {
+    double sum = fabs(n.x) + fabs(n.y) + fabs(n.z), x = n.x / sum, y = n.y / sum;
+    if (n.z < 0) {
+        double over = (1 - fabs(y)) * (x < 0 ? -1 : 1);
+        y = (1 - fabs(x)) * (y < 0 ? -1 : 1);
+        x = over;
+    }
+    *u = (float)x;
+    *v = (float)y;
+}
+
+dvec3 surface_unfold(float u, float v) {
+    dvec3 n = {u, v, 1 - fabs((double)u) - fabs((double)v)};
+    if (n.z < 0) {
+        double over = (1 - fabs(n.y)) * (n.x < 0 ? -1 : 1);
+        n.y = (1 - fabs(n.x)) * (n.y < 0 ? -1 : 1);
+        n.x = over;
+    }
+    return dvec3_normalize(n);
+}
+
+snell_status surface_check_box(const char *type, vec3 min, vec3 max) {
+    const float low[3] = {min.x, min.y, min.z}, high[3] = {max.x, max.y, max.z};
+    for (int i = 0; i < 3; i++)
+        if (!(low[i] < high[i]))
+            return error_set(SNELL_ERR_ARGUMENT,
+                             "every coordinate of 'min' must be the smaller one",
+                             "%s: 'min' %c is %g and 'max' %c is %g", type, "xyz"[i],
+                             (double)low[i], "xyz"[i], (double)high[i]);
+    return SNELL_OK;
 }

@@ -44,6 +44,15 @@ static inline bool surface_accept(const local_ray *beam, double t, float *out) {
     return rounded > beam->t_min && rounded < beam->t_max;
 }
 
+/* For `spans`: adds a stretch to the first `count` of `out`, unless it has no length or `count` is
+ * beyond the capacity already. Returns the new count. */
+static inline int surface_add_span(span *out, int count, int capacity, surface_crossing enter,
+                                   surface_crossing leave) {
+    if (!(enter.t < leave.t) || count > capacity) return count;
+    if (count < capacity) out[count] = (span){enter, leave};
+    return count + 1;
+}
+
 /* What the rounding of an origin near p (the directed one, up to an ulp per coordinate, and once more
  * for that of the same origin in another space) may take from the distance to a curved surface. */
 static inline double surface_shift_error(dvec3 p, double curvature) {
@@ -51,6 +60,20 @@ static inline double surface_shift_error(dvec3 p, double curvature) {
     /* At a tip the shift is longer than the radius: it cannot take more than its own length. */
     return bend * bend <= 16 * square ? bend : 4 * sqrt(square);
 }
+
+/* u, v, dpdu and dpdv of a globe of this radius at its unit normal n: longitude and latitude about
+ * +Y, seen from outside: u grows to the right, 0.5 faces +Z, the seam faces -Z; v is 0 at the south
+ * pole (-Y) and 1 at the north. */
+void surface_globe(surface *s, dvec3 n, double radius);
+
+/* A unit vector in two floats, which a hit may carry in u and v: it is projected onto an octahedron,
+ * whose lower half is folded outwards (Cigolle et al., A Survey of Efficient Representations for
+ * Independent Unit Vectors, JCGT 3(2), 2014). */
+void surface_fold(dvec3 n, float *u, float *v);
+dvec3 surface_unfold(float u, float v);
+
+/* The error of a box whose `min` is not below its `max`. */
+snell_status surface_check_box(const char *type, vec3 min, vec3 max);
 
 /* A surface with everything at its neutral value. */
 static inline surface surface_make(dvec3 p, dvec3 n, double error) {
