@@ -56,7 +56,7 @@ static void field_root(field_fn *f, const void *user, vec o, vec d, real s, real
  * the origin. Cells at whose ends there is nearly a root are looked at again, in parts. */
 static int field_scan(field_fn *f, const void *user, vec o, vec d, real low, real high, real away,
                       int places, root roots[ROOTS]) {
-    enum { PLACES = 400, PARTS = 40 };
+    enum { PLACES = 200, PARTS = 40 };
     const real h = 1e-7L;
     int count = 0, parts = places > PARTS ? PARTS : PARTS - 1;
     real value[PLACES + 1], slope[PLACES + 1], step = (high - low) / places;
@@ -325,7 +325,7 @@ static int solve_blob(const void *desc, vec o, vec d, root roots[ROOTS]) {
     real left = 1 - dot(line.o, line.o);
     if (left < 0) return 0;
     int count = field_scan(balls_value, NULL, line.o, line.d, -sqrtl(left), sqrtl(left),
-                           length(balls.middle) / balls.size, 400, roots);
+                           length(balls.middle) / balls.size, 200, roots);
     field_to_ray(&line, roots, count);
     return count;
 }
@@ -375,7 +375,7 @@ static int solve_julia(const void *desc, vec o, vec d, root roots[ROOTS]) {
     real left = 9 - dot(line.o, line.o);
     if (left < 0) return 0;
     int count =
-        field_scan(julia_value, desc, line.o, line.d, -sqrtl(left), sqrtl(left), 0, 400, roots);
+        field_scan(julia_value, desc, line.o, line.d, -sqrtl(left), sqrtl(left), 0, 200, roots);
     field_to_ray(&line, roots, count);
     return count;
 }
