@@ -79,7 +79,7 @@ static inline uint32_t scene_add_geometry(test_scene *s, const primitive_type *t
                                           const void *desc) {
     assert_non_null(type);
     assert_true(s->geometry_count < SCENE_CAPACITY);
-    s->geometries[s->geometry_count] = (accel_geometry){type, desc};
+    s->geometries[s->geometry_count] = (accel_geometry){.type = type, .desc = desc};
     return (uint32_t)s->geometry_count++;
 }
 
@@ -268,15 +268,28 @@ static inline void plain_mesh(const mesh_desc *mesh, const plain_ray *p, const r
     }
 }
 
-static inline void plain_shape(const accel_geometry *g, const plain_ray *p, const ray *r,
-                               uint32_t instance, float entry, hit *best) {
-    if (g->type->flat && instance == r->skip_instance && r->skip_primitive == 0) return;
+static inline void plain_part(const accel_geometry *g, uint32_t part, const plain_ray *p,
+                              const ray *r, uint32_t instance, float entry, hit *best) {
+    if (g->type->flat && instance == r->skip_instance && r->skip_primitive == part) return;
     local_ray local = {
         {p->o[0], p->o[1], p->o[2]}, {p->d[0], p->d[1], p->d[2]}, r->t_min, r->t_max};
-    hit found = {0};
+    hit found = {.primitive = part};
     while (g->type->intersect(g->desc, &local, &found)) {
-        plain_offer(r, best, float_max(entry, found.t), found.u, found.v, instance, 0);
+        plain_offer(r, best, float_max(entry, found.t), found.u, found.v, instance, part);
         local.t_min = found.t;
+    }
+}
+
+/* `entry` is that of the instance's box in the world; each part, or the shape as one, has its own. */
+static inline void plain_shape(const accel_geometry *g, const plain_ray *p, const ray *r,
+                               uint32_t instance, float entry, hit *best) {
+    for (uint32_t i = 0; i < primitive_count_of(g->type, g->desc); i++) {
+        float own_entry = r->t_min;
+        if (!g->type->unbounded) {
+            bounds3 box = primitive_bounds_of(g->type, g->desc, i);
+            if (bounds3_is_empty(box) || !plain_box(p, box, &own_entry)) continue;
+        }
+        plain_part(g, i, p, r, instance, float_max(own_entry, entry), best);
     }
 }
 
@@ -294,7 +307,7 @@ static inline hit plain_trace(const test_scene *s, const ray *r) {
                                    vec3_from(transform_vector(&in->to_local, dvec3_from(r->d))),
                                    r->t_min, r->t_max);
         bool mesh = g->type->intersect == NULL;
-        float entry = r->t_min, own_entry = r->t_min;
+        float entry = r->t_min;
         if (!g->type->unbounded) {
             bounds3 box = bounds3_empty();
             const mesh_desc *m = g->desc;
@@ -302,15 +315,15 @@ static inline hit plain_trace(const test_scene *s, const ray *r) {
                 for (size_t k = 0; k < m->indices_count; k++)
                     box = bounds3_add_point(box, m->positions[m->indices[k]]);
             else
-                box = g->type->bounds(g->desc);
+                for (uint32_t k = 0; k < primitive_count_of(g->type, g->desc); k++)
+                    box = bounds3_union(box, primitive_bounds_of(g->type, g->desc, k));
             bounds3 in_world = in->identity ? box : transform_bounds(&in->to_world, box);
             if (!plain_box(&world, in_world, &entry)) continue;
-            if (!mesh && !plain_box(&local, box, &own_entry)) continue;
         }
         if (mesh)
             plain_mesh(g->desc, &local, r, i, entry, &best);
         else
-            plain_shape(g, &local, r, i, float_max(own_entry, entry), &best);
+            plain_shape(g, &local, r, i, entry, &best);
     }
     return best;
 }

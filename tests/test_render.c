@@ -219,6 +219,45 @@ static void what_is_dropped_is_reported(void **state) {
     }
 }
 
+/* A reflection of a thousandth of a sun of 1e4 was dropped: it is ten times white. */
+static void bright_surroundings_are_not_dropped(void **state) {
+    (void)state;
+    static const float sun[8] = {0, 0, 0, 1, 1e4f, 1e4f, 1e4f, 1};
+    for (int kind = 0; kind < 3; kind++) {
+        rig_clear(&bench);
+        snell_environment_light_desc sky = SNELL_INIT(environment_light_desc);
+        sky.radiance = flat(grey(1e4));
+        if (kind == 1) {
+            snell_image_texture_desc map = SNELL_INIT(image_texture_desc);
+            map.width = 2;
+            map.height = 1;
+            map.format = SNELL_IMAGE_TEXTURE_FORMAT_RGBA32F;
+            map.pixels = sun;
+            map.pixels_count = sizeof sun;
+            sky.radiance.value = grey(1);
+            MUST(snell_scene_add_image_texture(bench.scene, &map, &sky.radiance.texture));
+        }
+        snell_sky_light_desc day = SNELL_INIT(sky_light_desc);
+        day.scale = 1e4f;
+        if (kind == 2)
+            MUST(snell_scene_add_sky_light(bench.scene, &day, NULL));
+        else
+            MUST(snell_scene_add_environment_light(bench.scene, &sky, NULL));
+        add_plane(&bench, v3(0, 0, 0), v3(0, 0, 1), add_mirror(&bench, grey(1e-3)));
+        commit();
+        snell_render_desc desc = picture(SNELL_WHITTED, 1, 1, 4);
+        snell_view view = look(v3(-1, 0.5, 1), v3(0, 0, 0));
+        desc.view = &view;
+        MUST(snell_render(bench.scene, &desc, bench.film));
+        double all = pixel_at(&bench, 0, 0).c[0];
+        assert_true(all > 0.1);
+        if (kind == 0) ASSERT_CLOSE(all, 10, 1e-4, 0);
+        desc.min_weight = 0.002f;
+        MUST(snell_render(bench.scene, &desc, bench.film));
+        assert_true(pixel_at(&bench, 0, 0).c[0] == all);
+    }
+}
+
 /* ---- progress and cancelling ---- */
 
 /* Slow: mirror balls between mirrors under many lights, so that a wave casts shadow rays by the
@@ -968,6 +1007,7 @@ int main(void) {
         cmocka_unit_test_setup(prefixes_are_nets, fresh),
         cmocka_unit_test_setup(streams_differ_and_are_uniform, fresh),
         cmocka_unit_test_setup(what_is_dropped_is_reported, fresh),
+        cmocka_unit_test_setup(bright_surroundings_are_not_dropped, fresh),
         cmocka_unit_test_setup(progress_comes_often_and_stops_at_once, fresh),
         cmocka_unit_test_setup(a_cancelled_film_has_whole_blocks, fresh),
         cmocka_unit_test_setup(edits_meanwhile_are_refused, fresh),

@@ -29,6 +29,7 @@ static const char *member_type(field_kind kind) {
     case FIELD_TRANSFORM: return "snell_transform ";
     case FIELD_VEC3S: return "const snell_vec3 *";
     case FIELD_VEC2S: return "const snell_vec2 *";
+    case FIELD_FLOATS: return "const float *";
     case FIELD_UINTS: return "const uint32_t *";
     case FIELD_BYTES: return "const void *";
     case FIELD_MATERIALS: return "const snell_material_id *";

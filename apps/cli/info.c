@@ -153,6 +153,8 @@ static void print_counts(const snell_scene_stats *s) {
     text_format_bytes(s->memory_accel, b);
     text_format_bytes(s->memory_textures, c);
     printf("%-11s %s geometry, %s acceleration structure, %s textures\n", "memory", a, b, c);
+    text_format_bytes(s->memory_planned, a);
+    printf("%-11s %s at most, stated before the build\n", "", a);
     if (s->has_emission || s->has_background || s->has_ambient || s->has_dielectric) {
         printf("%-11s%s%s%s%s\n", "has", s->has_emission ? " emission" : "",
                s->has_background ? " background" : "", s->has_ambient ? " ambient" : "",
@@ -230,6 +232,7 @@ static void json_scene(json_t *root, const snell_scene *scene, const snell_scene
     }
     json_object_set_new(memory, "geometry", json_integer((json_int_t)s->memory_geometry));
     json_object_set_new(memory, "accel", json_integer((json_int_t)s->memory_accel));
+    json_object_set_new(memory, "planned", json_integer((json_int_t)s->memory_planned));
     json_object_set_new(memory, "textures", json_integer((json_int_t)s->memory_textures));
     json_object_set_new(root, "kind", json_string("scene"));
     json_object_set_new(root, "format", report_text(s->format));

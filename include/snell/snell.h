@@ -128,6 +128,9 @@ typedef struct snell_context_desc {
     void *user;
     uint32_t thread_count; /* 0: the CPUs this process may use, cgroup limit included */
     snell_isa isa_max;     /* the picture does not depend on it */
+    /* Bytes that a commit may take for the geometry of a scene, stated before it is taken (stats'
+     * memory_planned): more is SNELL_ERR_MEMORY. 0: not limited. */
+    uint64_t memory_max;
 } snell_context_desc;
 
 static inline snell_context_desc snell_context_desc_init(size_t struct_size) {
@@ -263,6 +266,12 @@ SNELL_API snell_status snell_scene_add_instance(snell_scene *scene, snell_shape_
                                                 snell_material_id material,
                                                 const snell_transform *to_world,
                                                 snell_instance_id *out);
+/* Instances that are drawn become the parts of a group, one shape that is drawn where an instance of
+ * it stands, as often as you like: its parts are kept once. Groups are parts of groups up to 8 deep.
+ * The parts keep their ids and can be moved and removed: that changes every copy. An instance of a
+ * group with a material replaces those of the parts, but for a mesh's own slots. name may be NULL. */
+SNELL_API snell_status snell_scene_add_group(snell_scene *scene, const snell_instance_id *parts,
+                                             size_t count, const char *name, snell_shape_id *out);
 SNELL_API snell_status snell_scene_set_instance_transform(snell_scene *scene, snell_instance_id id,
                                                           const snell_transform *to_world);
 /* It moves by these keys (checked, copied); rays see it at their own time. What no camera's shutter
@@ -318,6 +327,8 @@ typedef struct snell_scene_stats {
     uint64_t unique_triangle_count;
     uint32_t shape_count, material_count, texture_count, light_count, camera_count, param_count;
     uint64_t memory_geometry, memory_accel, memory_textures; /* bytes; accel: 0 before a commit */
+    uint64_t memory_planned; /* that a commit takes for geometry at most, if no group is drawn with
+                                several materials of its instances */
     bool has_emission, has_background, has_ambient, has_dielectric;
 } snell_scene_stats;
 SNELL_API snell_status snell_scene_get_stats(
@@ -354,8 +365,9 @@ typedef struct snell_ray {
 typedef struct snell_hit {
     float t, u, v;
     uint32_t primitive;
-    snell_instance_id instance;
+    snell_instance_id instance; /* in the world; in a group more follow (snell_scene_get_path) */
     snell_vec3 normal;
+    uint32_t number; /* of the shape, counted as if all groups were taken apart */
 } snell_hit; /* miss: t = INFINITY; primitive: of a mesh, the triangle, else 0; u, v: of a triangle, the
                 weights of its second and third vertex (of other shapes: not promised); normal:
                 geometric, unit, outward */
@@ -364,6 +376,10 @@ SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const sne
 SNELL_API snell_status snell_scene_intersect_all(const snell_scene *scene, const snell_ray *rays,
                                                  snell_hit *hits,
                                                  size_t count); /* on all workers */
+/* The instances on the way to what was hit, that in the world first, then parts of groups: path has room
+ * for 9, *count receives how many. */
+SNELL_API snell_status snell_scene_get_path(const snell_scene *scene, const snell_hit *hit,
+                                            snell_instance_id *path, uint32_t *count);
 SNELL_API snell_status snell_scene_occluded(const snell_scene *scene, const snell_ray *rays,
                                             uint8_t *blocked,
                                             size_t count); /* 1 if anything is hit */
@@ -1636,6 +1652,51 @@ static inline snell_superellipsoid_desc snell_superellipsoid_desc_init(size_t st
     return desc;
 }
 SNELL_API snell_status snell_scene_add_superellipsoid(snell_scene *scene, const snell_superellipsoid_desc *desc, snell_shape_id *out);
+
+enum { SNELL_CURVES_BASIS_CATMULL_ROM, SNELL_CURVES_BASIS_BSPLINE, SNELL_CURVES_BASIS_BEZIER, SNELL_CURVES_BASIS_LINEAR };
+enum { SNELL_CURVES_KIND_ROUND, SNELL_CURVES_KIND_RIBBON };
+typedef struct snell_curves_desc { /* strands: hair, fur, grass, wire */
+    size_t struct_size;
+    const snell_vec3 *points; /* of all strands, one after the other; m; required */
+    size_t points_count;
+    const float *radii; /* one per point, instead of 'radius'; m; >= 0 */
+    size_t radii_count;
+    float radius; /* half the thickness of all strands; m; > 0 */
+    const uint32_t *starts; /* number, from 0, of the first point of each strand; none: one strand */
+    size_t starts_count;
+    int32_t basis; /* through the points, smoothly near them, by control points, straight */
+    int32_t kind; /* a round thread, or a flat one that faces each sight */
+} snell_curves_desc;
+static inline snell_curves_desc snell_curves_desc_init(size_t struct_size) {
+    snell_curves_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)0.00999999978;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_curves(snell_scene *scene, const snell_curves_desc *desc, snell_shape_id *out);
+
+typedef struct snell_heightfield_desc { /* a terrain over a grid of posts */
+    size_t struct_size;
+    const float *heights; /* rows of posts, from the least z on; 0 is min's y, 1 is max's; required */
+    size_t heights_count;
+    int32_t columns; /* posts in a row, along x; required; 2 to 65536 */
+    int32_t rows; /* rows, along z; required; 2 to 65536 */
+    snell_vec3 min; /* the corner of the first post; m */
+    snell_vec3 max; /* the corner of the last post; m */
+    bool smooth; /* blend the shading normals over the cells */
+} snell_heightfield_desc;
+static inline snell_heightfield_desc snell_heightfield_desc_init(size_t struct_size) {
+    snell_heightfield_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.max.x = (float)1;
+    desc.max.y = (float)1;
+    desc.max.z = (float)1;
+    desc.smooth = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_heightfield(snell_scene *scene, const snell_heightfield_desc *desc, snell_shape_id *out);
 
 typedef struct snell_implicit_desc { /* where a formula in x, y, z is below 0; distance fields too */
     size_t struct_size;

@@ -99,18 +99,34 @@ static void measure_serially(const builder *b, range *r) {
     }
 }
 
-build_reference *build_mesh_references(const mesh_desc *mesh, bounds3 *bounds) {
-    size_t count = mesh_triangle_count(mesh);
-    build_reference *references = memory_resize(NULL, count, sizeof *references);
+build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds) {
+    *count = mesh_triangle_count(mesh);
+    build_reference *references = memory_resize(NULL, *count, sizeof *references);
     if (references == NULL) return NULL;
     *bounds = bounds3_empty();
-    for (size_t i = 0; i < count; i++) {
+    for (size_t i = 0; i < *count; i++) {
         const uint32_t *index = mesh->indices + 3 * i;
         vec3 a = mesh->positions[index[0]], b = mesh->positions[index[1]],
              c = mesh->positions[index[2]];
         vec3 low = vec3_min(vec3_min(a, b), c), high = vec3_max(vec3_max(a, b), c);
         references[i] = (build_reference){low, (uint32_t)i, high, 0};
         *bounds = bounds3_union(*bounds, (bounds3){low, high});
+    }
+    return references;
+}
+
+build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
+                                       bounds3 *bounds) {
+    uint32_t parts = primitive_count_of(type, desc);
+    build_reference *references = memory_resize(NULL, parts, sizeof *references);
+    if (references == NULL) return NULL;
+    *count = 0;
+    *bounds = bounds3_empty();
+    for (uint32_t i = 0; i < parts; i++) {
+        bounds3 box = primitive_bounds_of(type, desc, i);
+        if (bounds3_is_empty(box)) continue;
+        references[(*count)++] = (build_reference){box.min, i, box.max, 0};
+        *bounds = bounds3_union(*bounds, box);
     }
     return references;
 }
@@ -421,20 +437,20 @@ static void run_task(void *data, size_t index, uint32_t worker) {
     if (worker == 0 && b->reports && !build_progress_report(progress)) t->part.failed = true;
 }
 
-static uint32_t relocate(uint32_t reference, size_t node_base, size_t block_base, bool instances) {
+static uint32_t relocate(uint32_t reference, size_t node_base, size_t block_base, bool single) {
     if (!(reference & BVH_LEAF)) return reference + (uint32_t)node_base;
-    return instances ? reference : reference + (uint32_t)block_base;
+    return single ? reference : reference + (uint32_t)block_base;
 }
 
 static void append_part(const builder *b, bvh_tree *out, const part *p) {
-    bool instances = b->job->mesh == NULL;
+    bool single = b->job->mesh == NULL;
     for (size_t i = 0; i < p->node_count; i++) {
         bvh_node *node = &out->nodes[out->node_count + i];
         *node = p->nodes[i];
         for (uint32_t j = 0; j < BVH_WIDTH; j++)
             if (node->valid >> j & 1)
                 node->child[j] =
-                    relocate(node->child[j], out->node_count, out->block_count, instances);
+                    relocate(node->child[j], out->node_count, out->block_count, single);
     }
     if (p->block_count)
         memcpy(out->blocks + out->block_count, p->blocks, p->block_count * sizeof *p->blocks);
@@ -479,8 +495,8 @@ void build_tree_free(bvh_tree *tree) {
 /* Serially, then the tasks; false on failure. */
 static bool build_parts(builder *b, part *upper, const range *all) {
     thread_pool *pool = b->pool;
-    bool instances = b->job->mesh == NULL;
-    if (!instances && all->count <= b->job->leaf_size) {
+    bool single = b->job->mesh == NULL;
+    if (!single && all->count <= b->job->leaf_size) {
         upper->root = add_leaf(b, upper, all);
         return !upper->failed;
     }

@@ -8,7 +8,7 @@
 
 typedef struct build_reference {
     vec3 min;
-    uint32_t id; /* triangle, or instance */
+    uint32_t id; /* triangle, part, or instance */
     vec3 max;
     uint32_t unused;
 } build_reference;
@@ -24,14 +24,17 @@ typedef struct build_progress {
 typedef struct build_job {
     build_reference *references; /* reordered */
     size_t count;                /* at least 1 */
-    const mesh_desc *mesh;       /* whose triangles; NULL: instances */
-    uint32_t leaf_size;          /* 1 for instances */
+    const mesh_desc *mesh;       /* whose triangles; NULL: instances, or parts */
+    uint32_t leaf_size;          /* 1 but for triangles */
     uint32_t seed;
     build_progress *progress;
 } build_job;
 
-/* The triangles of a mesh, or NULL without memory; *bounds is their box. */
-build_reference *build_mesh_references(const mesh_desc *mesh, bounds3 *bounds);
+/* The triangles of a mesh, or the parts of another shape that are not empty; NULL without memory.
+ * *bounds is their box. */
+build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds);
+build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
+                                       bounds3 *bounds);
 
 /* The tree does not depend on the pool, which may be NULL (then the calling thread does it all and
  * reports only if `reports`). SNELL_OK, SNELL_CANCELLED or SNELL_ERR_MEMORY; no message is set. On

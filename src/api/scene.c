@@ -216,6 +216,31 @@ snell_status snell_scene_add_instance(snell_scene *s, snell_shape_id shape,
     return status;
 }
 
+snell_status snell_scene_add_group(snell_scene *s, const snell_instance_id *parts, size_t count,
+                                   const char *name, snell_shape_id *out) {
+    if (parts == NULL && count > 0) return error_set(SNELL_ERR_ARGUMENT, NULL, "parts is NULL");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    const description *d = s->description;
+    uint32_t *indices = memory_resize(NULL, count, sizeof *indices), index = 0;
+    if (indices == NULL) status = error_no_memory();
+    for (size_t i = 0; i < count && !status; i++) {
+        uint32_t at = parts[i].index1 - 1; /* 0 becomes too large */
+        if (at >= d->instance_count || d->instances[at].generation != parts[i].generation)
+            status = error_set(SNELL_ERR_ARGUMENT, "instances of this scene",
+                               "group: part %zu does not exist", i + 1);
+        else
+            indices[i] = at;
+    }
+    if (!status)
+        status = description_add_group(s->description, indices, count,
+                                       (object_source){.name = name}, &index);
+    free(indices);
+    if (!status && out) *out = (snell_shape_id){index + 1, 0};
+    scene_end_edit(s);
+    return status;
+}
+
 static snell_status find_instance(snell_scene *s, snell_instance_id id, instance **out) {
     description *d = s->description;
     if (id.index1 == 0 || id.index1 > d->instance_count || d->instances[id.index1 - 1].removed ||
@@ -370,7 +395,8 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
     if (status) return status;
     commit_progress forward = {progress, user};
     scene_options options = {
-        .accel = {.progress = progress ? report_build : NULL, .user = &forward}};
+        .accel = {.progress = progress ? report_build : NULL, .user = &forward},
+        .memory_max = s->context->memory_max};
     scene *frozen;
     status = scene_freeze(s->description, &options, s->context->pool, &frozen);
     if (!status) {
@@ -394,28 +420,6 @@ snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
 
 /* ---- what is in a scene ---- */
 
-static void count_instances(const description *d, snell_scene_stats *out) {
-    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    for (size_t i = 0; i < d->instance_count; i++) {
-        if (d->instances[i].removed) continue;
-        const object *shape = &shapes->items[d->instances[i].shape];
-        bool is_mesh = ((const primitive_type *)shape->type)->intersect == NULL;
-        uint64_t triangles = is_mesh ? mesh_triangle_count(shape->desc) : 0;
-        out->instance_count++;
-        out->triangle_count += triangles;
-        out->primitive_count += is_mesh ? triangles : 1;
-    }
-    for (size_t i = 0; i < shapes->count; i++)
-        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL) {
-            const mesh_desc *mesh = shapes->items[i].desc;
-            out->unique_triangle_count += mesh_triangle_count(mesh);
-            out->memory_geometry +=
-                (mesh->positions_count + mesh->normals_count + mesh->colors_count) * sizeof(vec3) +
-                mesh->uvs_count * sizeof(vec2) + mesh->alphas_count +
-                (mesh->indices_count + mesh->material_slots_count) * sizeof(uint32_t);
-        }
-}
-
 static uint64_t array_bytes(const object *o) {
     uint64_t sum = 0;
     for (uint32_t i = 0; i < o->type->field_count; i++) {
@@ -426,6 +430,54 @@ static uint64_t array_bytes(const object *o) {
         sum += size * count;
     }
     return sum;
+}
+
+typedef struct drawn {
+    uint64_t shapes, primitives, triangles;
+} drawn;
+
+/* What a list draws; groups: what those of earlier shapes draw. Counts end at 2^60. */
+static drawn count_list(const description *d, const part_lists *lists, size_t list,
+                        const drawn *groups) {
+    const uint64_t most = 1ull << 60;
+    drawn all = {0, 0, 0};
+    for (uint32_t i = lists->begin[list]; i < lists->begin[list + 1]; i++) {
+        uint32_t index = d->instances[lists->parts[i]].shape;
+        const object *shape = &d->objects[CATEGORY_SHAPE].items[index];
+        const primitive_type *type = (const primitive_type *)shape->type;
+        uint64_t count = primitive_count_of(type, shape->desc);
+        drawn one = {1, count, type->intersect ? 0 : count};
+        if (object_is_group(shape)) one = groups[index];
+        all.shapes = all.shapes + one.shapes < most ? all.shapes + one.shapes : most;
+        all.primitives =
+            all.primitives + one.primitives < most ? all.primitives + one.primitives : most;
+        all.triangles = all.triangles + one.triangles < most ? all.triangles + one.triangles : most;
+    }
+    return all;
+}
+
+static snell_status count_instances(const description *d, snell_scene_stats *out) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    part_lists lists;
+    snell_status status = part_lists_make(d, &lists);
+    drawn *groups = memory_zeroed(shapes->count, sizeof *groups);
+    if (!status && !groups) status = error_no_memory();
+    if (!status) {
+        for (size_t g = 0; g < shapes->count; g++)
+            if (object_is_group(&shapes->items[g])) groups[g] = count_list(d, &lists, g, groups);
+        drawn all = count_list(d, &lists, shapes->count, groups);
+        out->instance_count = all.shapes;
+        out->primitive_count = all.primitives;
+        out->triangle_count = all.triangles;
+    }
+    free(groups);
+    part_lists_free(&lists);
+    for (size_t i = 0; i < shapes->count && !status; i++) {
+        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL)
+            out->unique_triangle_count += mesh_triangle_count(shapes->items[i].desc);
+        out->memory_geometry += array_bytes(&shapes->items[i]);
+    }
+    return status;
 }
 
 bool description_has_dielectric(const description *d) {
@@ -465,7 +517,8 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
                                .has_dielectric = description_has_dielectric(d),
                                .has_background = description_setting(d, "background") != NULL,
                                .has_ambient = description_setting(d, "ambient") != NULL};
-    count_instances(d, out);
+    status = count_instances(d, out);
+    out->memory_planned = scene_plan_memory(d);
     for (size_t i = 0; i < d->objects[CATEGORY_TEXTURE].count; i++)
         out->memory_textures += array_bytes(&d->objects[CATEGORY_TEXTURE].items[i]);
     if (s->frozen) {
@@ -474,7 +527,7 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
         out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
     }
     scene_end_read(s);
-    return SNELL_OK;
+    return status;
 }
 
 static snell_status get_object(const snell_scene *s, category what, uint32_t index,

@@ -631,6 +631,34 @@ snell_status snell_scene_add_superellipsoid(snell_scene *s, const snell_superell
     return status;
 }
 
+_Static_assert(sizeof(snell_curves_desc) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, points) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, radii) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, radius) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, starts) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, basis) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, kind) == 68, "run tools/update_api");
+snell_status snell_scene_add_curves(snell_scene *s, const snell_curves_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "curves", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_heightfield_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, heights) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, columns) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, rows) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, min) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, max) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, smooth) == 56, "run tools/update_api");
+snell_status snell_scene_add_heightfield(snell_scene *s, const snell_heightfield_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "heightfield", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_implicit_desc) == 48, "run tools/update_api");
 _Static_assert(offsetof(snell_implicit_desc, f) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_implicit_desc, min) == 16, "run tools/update_api");

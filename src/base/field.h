@@ -33,6 +33,7 @@ typedef enum field_kind {
     FIELD_TRANSFORM, /* snell_transform, identity by default */
     FIELD_VEC3S,     /* const snell_vec3 *NAME; size_t NAME_count */
     FIELD_VEC2S,     /* const snell_vec2 *NAME; size_t NAME_count */
+    FIELD_FLOATS,    /* const float *NAME; size_t NAME_count; each in the range */
     FIELD_UINTS,     /* const uint32_t *NAME; size_t NAME_count */
     FIELD_BYTES,     /* const void *NAME; size_t NAME_count */
     FIELD_MATERIALS, /* const snell_material_id *NAME; size_t NAME_count */
@@ -73,6 +74,9 @@ typedef struct type_info {
     size_t desc_size;
     const field *fields;
     uint32_t field_count;
+    /* Ways to say the same thing, of which an object is given one: "corner u v|center at width", one
+     * such choice after another with ';' between. NULL: none. */
+    const char *either;
 } type_info;
 
 /* ---- the macros ---- */
@@ -110,6 +114,9 @@ typedef struct type_info {
 #define FIELD_MEMBER_VEC2S(name)                                                                   \
     const snell_vec2 *name;                                                                        \
     size_t name##_count;
+#define FIELD_MEMBER_FLOATS(name)                                                                  \
+    const float *name;                                                                             \
+    size_t name##_count;
 #define FIELD_MEMBER_UINTS(name)                                                                   \
     const uint32_t *name;                                                                          \
     size_t name##_count;
@@ -141,11 +148,13 @@ typedef struct type_info {
     DESCRIBE_STRUCT(type, FIELDS)                                                                  \
     DESCRIBE_TABLE(type, FIELDS)
 
-/* The type_info of a DESCRIBEd type. */
+/* The type_info of a DESCRIBEd type; and of one with fields that stand for one another. */
 #define TYPE_INFO(category_, type, name_, help_)                                                   \
+    TYPE_INFO_EITHER(category_, type, name_, help_, NULL)
+#define TYPE_INFO_EITHER(category_, type, name_, help_, either_)                                   \
     {                                                                                              \
         category_, name_, help_, sizeof(type##_desc), type##_fields,                               \
-            (uint32_t)(sizeof type##_fields / sizeof type##_fields[0])                             \
+            (uint32_t)(sizeof type##_fields / sizeof type##_fields[0]), either_                    \
     }
 
 /* ---- working with any description (field.c) ---- */
@@ -158,8 +167,8 @@ const field *type_find_field(const type_info *info, const char *name);
  * unknown field 'radus'" with the hint "did you mean 'radius'?". Arrays and strings are borrowed
  * until desc_copy. */
 snell_status desc_set(const type_info *info, void *desc, const snell_param *param);
-/* Checks required fields (`given`: one bool per field, or NULL if all were given), ranges, NaN and
- * infinity, directions (normalised in place). Does not know about ids. */
+/* Checks required fields and `either` (`given`: one bool per field, or NULL where nobody knows),
+ * ranges, NaN and infinity, directions (normalised in place). Does not know about ids. */
 snell_status desc_check(const type_info *info, void *desc, const bool *given);
 /* Deep copy: strings and arrays are owned by the copy. NULL on lack of memory. */
 void *desc_copy(const type_info *info, const void *desc);

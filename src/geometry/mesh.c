@@ -72,6 +72,12 @@ static bounds3 bounds(const void *desc) {
     return box;
 }
 
+static uint32_t primitive_count(const void *desc) { return (uint32_t)mesh_triangle_count(desc); }
+
+static bounds3 primitive_bounds(const void *desc, uint32_t primitive) {
+    return mesh_triangle_bounds(desc, primitive);
+}
+
 static dvec3 blend(const snell_vec3 *values, const uint32_t *index, const double weight[3]) {
     dvec3 sum = {0, 0, 0};
     for (int i = 0; i < 3; i++)
@@ -229,6 +235,8 @@ const primitive_type primitive_mesh = {
     .flat = true,
     .check = check,
     .bounds = bounds,
+    .primitive_count = primitive_count,
+    .primitive_bounds = primitive_bounds,
     .surface = fill_surface,
     .area = area,
     .sample_area = sample_area,

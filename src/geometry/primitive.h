@@ -67,8 +67,12 @@ typedef struct primitive_type {
      * place. Of a checked description, so NULL means out of memory. NULL: they get the description. */
     void *(*prepare)(const void *desc);
     void (*release)(void *prepared);
-    /* The nearest hit with ray->t_min < t < ray->t_max: sets t, u, v. NULL for meshes, whose
-     * triangles the kernels test themselves. */
+    /* Shapes of very many parts, each with a box of its own by which rays find it: how many; they are
+     * numbered from 0. primitive_bounds may be empty: there is nothing. NULL: one part. */
+    uint32_t (*primitive_count)(const void *desc);
+    bounds3 (*primitive_bounds)(const void *desc, uint32_t primitive);
+    /* The nearest hit with ray->t_min < t < ray->t_max of the part number hit->primitive (0 where
+     * there is one): sets t, u, v. NULL for meshes, whose triangles the kernels test themselves. */
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
@@ -89,8 +93,8 @@ typedef struct primitive_type {
      * shapes and half-spaces, which solids are made of; NULL: no shape of this type can be. */
     int (*spans)(const void *desc, const local_ray *beam, span *out, int capacity);
     /* Sampling by area, for shapes that shine; in the shape's own space.
-     * area: of the whole surface, or of one triangle of a mesh (primitive; 0 elsewhere), m^2. NULL:
-     * cannot shine as a sampled light (planes).
+     * area: of one part (a triangle of a mesh), or of the whole surface where there is one, m^2. NULL:
+     * cannot shine as a sampled light (planes, curves).
      * sample_area: (u, v) in [0,1)^2 to a point, uniform by area: fills *out as `surface` does;
      * (.5, .5) is the centre where the shape has one on its surface. */
     double (*area)(const void *desc, uint32_t primitive);
@@ -106,6 +110,15 @@ typedef struct primitive_type {
                           double *pdf_solid_angle);
     double (*pdf_toward)(const void *desc, dvec3 from, dvec3 d);
 } primitive_type;
+
+static inline uint32_t primitive_count_of(const primitive_type *type, const void *desc) {
+    return type->primitive_count ? type->primitive_count(desc) : 1;
+}
+
+static inline bounds3 primitive_bounds_of(const primitive_type *type, const void *desc,
+                                          uint32_t primitive) {
+    return type->primitive_count ? type->primitive_bounds(desc, primitive) : type->bounds(desc);
+}
 
 /* The registry: every type of shapes.def, in its order. */
 extern const primitive_type *const primitive_types[];

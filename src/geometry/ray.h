@@ -5,6 +5,7 @@
 #include "maths/vec.h"
 
 #define NO_ID UINT32_MAX
+enum { GROUP_DEPTH_MAX = 8 }; /* groups in groups of shapes */
 
 /* Hits lie in t_min < t < t_max, in lengths of d, which need not be 1. */
 typedef struct ray {
@@ -38,7 +39,7 @@ typedef struct ray_differential {
  * free for the primitive's own use otherwise (they come back to its surface function). */
 typedef struct hit {
     float t, u, v;
-    uint32_t primitive; /* within the shape: triangle index, or 0 */
+    uint32_t primitive; /* within the shape: the number of the triangle or part, or 0 */
     uint32_t instance;
 } hit;
 

@@ -15,9 +15,12 @@ static float round_beyond(double x, double from, double step) {
 }
 
 vec3 surface_offset_origin(const surface *s, double side) {
-    double reach = side > 0 ? s->error : -s->error;
+    return surface_offset_point(s->p, s->n, s->error, side);
+}
+
+vec3 surface_offset_point(dvec3 p, dvec3 n, double error, double side) {
+    double reach = side > 0 ? error : -error;
     double sign = side > 0 ? 1 : -1;
-    dvec3 p = s->p, n = s->n;
     return (vec3){round_beyond(p.x + reach * n.x, p.x, sign * n.x),
                   round_beyond(p.y + reach * n.y, p.y, sign * n.y),
                   round_beyond(p.z + reach * n.z, p.z, sign * n.z)};
@@ -52,8 +55,6 @@ void surface_to_world(surface *s, const transform *to_world, const transform *to
     double length = dvec3_length(n);
     s->error = length > 0 ? local_error / length : local_error;
     s->p = p;
-    s->dpdu = transform_vector(to_world, s->dpdu);
-    s->dpdv = transform_vector(to_world, s->dpdv);
     s->n = dvec3_normalize(n);
     s->ns = dvec3_normalize(transform_normal(to_local, s->ns));
     double cosine = dvec3_dot(s->ns, s->n);

@@ -25,8 +25,10 @@
  * and n = (0, 1, 0) that can be more than the step along n. A shape with a curvature has it in its
  * error (surface_shift_error). */
 vec3 surface_offset_origin(const surface *s, double side);
+/* The same from the parts of `s` that it looks at. */
+vec3 surface_offset_point(dvec3 p, dvec3 n, double error, double side);
 
-/* Brings a surface from the shape's own space to the world.
+/* Brings a surface from the shape's own space to the world; all but dpdu, dpdv.
  *
  * Rays are brought to the shape by the float matrix to_local, which is not exactly the inverse of
  * to_world; what they see in the world is the shape under the inverse of to_local. So p is
@@ -36,6 +38,10 @@ vec3 surface_offset_origin(const surface *s, double side);
  * e along the local normal is e / |N| along the world normal, with N = transform_normal(to_local,
  * n). */
 void surface_to_world(surface *s, const transform *to_world, const transform *to_local);
+static inline void surface_tangents_to_world(surface *s, const transform *to_world) {
+    s->dpdu = transform_vector(to_world, s->dpdu);
+    s->dpdv = transform_vector(to_world, s->dpdv);
+}
 
 /* What shapes share: is t, rounded to float, inside the ray's range? Writes the float. */
 static inline bool surface_accept(const local_ray *beam, double t, float *out) {
@@ -75,9 +81,22 @@ dvec3 surface_unfold(float u, float v);
 /* The error of a box whose `min` is not below its `max`. */
 snell_status surface_check_box(const char *type, vec3 min, vec3 max);
 
-/* A surface with everything at its neutral value. */
+/* A surface with everything at its neutral value. One field after the other: a compound literal is
+ * built on the stack and copied in wider pieces than it was written in, which stalls. */
 static inline surface surface_make(dvec3 p, dvec3 n, double error) {
-    return (surface){.p = p, .error = error, .n = n, .ns = n, .tint = {1, 1, 1}, .alpha = 1};
+    surface s;
+    s.p = p;
+    s.error = error;
+    s.curvature = 0;
+    s.n = n;
+    s.ns = n;
+    s.u = s.v = 0;
+    s.dpdu = (dvec3){0, 0, 0};
+    s.dpdv = (dvec3){0, 0, 0};
+    s.tint = (dvec3){1, 1, 1};
+    s.alpha = 1;
+    s.material_slot = 0;
+    return s;
 }
 
 #endif

@@ -67,12 +67,12 @@ static void move_keys(void *member, const transform *t) {
     transform inverse;
     memcpy(&list, member, sizeof list);
     if (!transform_inverse(t, &inverse)) return;
-    placement there = placement_from(t), back = placement_from(&inverse);
+    placement there = dtransform_from(t), back = dtransform_from(&inverse);
     for (size_t i = 0; i < list.count; i++) {
-        placement key = placement_from(&list.data[i].transform);
-        key = placement_multiply(&there, &key);
-        key = placement_multiply(&key, &back);
-        list.data[i].transform = placement_round(&key);
+        placement key = dtransform_from(&list.data[i].transform);
+        key = dtransform_multiply(&there, &key);
+        key = dtransform_multiply(&key, &back);
+        list.data[i].transform = dtransform_round(&key);
     }
 }
 
@@ -156,7 +156,7 @@ static void merge_instances(const merge *m, const node *like, const char *label)
             .shape = one->shape + m->shape,
             .material = one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
             .line = one->line,
-            .placed = one->key_count ? placement_identity() : placement_from(&one->to_world),
+            .placed = one->key_count ? dtransform_identity() : dtransform_from(&one->to_world),
             .motion = one->key_count ? motion_add(L, one->keys, one->key_count) : 0,
             .name = one->name[0] ? one->name : NULL};
         nodes_add_shape(L, &made);
@@ -199,7 +199,7 @@ static void import_other(lua_State *L, const char *label, const char *name, cons
     m.material = (uint32_t)s->d->objects[CATEGORY_MATERIAL].count;
     m.shape = (uint32_t)s->d->objects[CATEGORY_SHAPE].count;
     if (like->material != NO_MATERIAL) drop_slots(from);
-    transform moved = placement_round(&like->placed);
+    transform moved = dtransform_round(&like->placed);
     merge_category(&m, CATEGORY_TEXTURE, NULL);
     merge_category(&m, CATEGORY_MATERIAL, NULL);
     merge_category(&m, CATEGORY_SHAPE, NULL);
@@ -240,13 +240,14 @@ static int include(lua_State *L) {
     node like = {.shape = NO_SHAPE,
                  .material = NO_MATERIAL,
                  .line = scene_line(L, NULL),
-                 .placed = placement_identity()};
+                 .placed = dtransform_identity()};
     import_other(L, "include", lua_tostring(L, 1), &like, (wanted){true, true, true});
     return 1;
 }
 
 int files_mesh(lua_State *L) {
     static const char *const names[] = {"file", "transform", "material", "name", "motion"};
+    values_refuse_both(L, "mesh", "file", "positions");
     values_check_keys(L, "mesh", names, 5, 0);
     const char *name, *file = need_file(L, "mesh");
     node like = objects_read_common(L, "mesh", &name);
@@ -261,8 +262,7 @@ static void destroy_image(void *held) {
     free(held);
 }
 
-/* Pushes a box with the decoded image. */
-static const decoded_image *read_image(lua_State *L, const char *name) {
+const decoded_image *files_read_image(lua_State *L, const char *name) {
     lua_scene *s = scene_of(L);
     box *bytes = box_push(L, free), *pixels = box_push(L, destroy_image);
     uint8_t *data = NULL;
@@ -298,7 +298,7 @@ static bool is_of_the_file(const char *name) {
  * more; the number of the texture. */
 static uint32_t add_image(lua_State *L, const char *label, snell_param *params, size_t count,
                           const char *name) {
-    const decoded_image *image = read_image(L, need_file(L, label));
+    const decoded_image *image = files_read_image(L, need_file(L, label));
     params[count++] = (snell_param){"width", SNELL_PARAM_INT, {.i = image->width}};
     params[count++] = (snell_param){"height", SNELL_PARAM_INT, {.i = image->height}};
     params[count++] = (snell_param){"format", SNELL_PARAM_STRING, {.s = image_format_word(image)}};

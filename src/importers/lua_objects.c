@@ -107,6 +107,7 @@ static int make_shape(lua_State *L) {
         lua_pop(L, 1);
         allow(&c, "file");
     }
+    if (strcmp(type->name, "heightfield") == 0) heights_expand(L);
     allow(&c, "material");
     allow(&c, "transform");
     allow(&c, "motion");
@@ -186,6 +187,8 @@ static int make_light(lua_State *L) {
     values_need_table(L, c.label);
     bool environment = strcmp(type->name, "environment") == 0;
     if (environment) {
+        values_refuse_both(L, c.label, "sky", "file");
+        values_refuse_both(L, c.label, "sky", "radiance");
         lua_pushliteral(L, "sky");
         if (lua_rawget(L, 1) != LUA_TNIL) {
             make_sky(L);

@@ -14,17 +14,21 @@
 
 #include "importers/importer.h"
 
-/* A transform in double, so that long products are rounded once, at the end. */
-typedef struct placement {
-    double m[3][4];
-} placement;
+/* Long products are rounded once, at the end. */
+typedef dtransform placement;
 
 /* Something that can be drawn: a shape, or a group of nodes. */
 typedef struct node {
-    uint32_t shape;    /* NO_SHAPE: a group */
-    uint32_t material; /* NO_MATERIAL: none given */
-    bool overrides;    /* its material beats those of its parts */
-    bool taken;        /* by a group or an instance: not drawn by itself */
+    uint32_t shape;      /* NO_SHAPE: a group */
+    uint32_t material;   /* NO_MATERIAL: none given */
+    bool overrides;      /* its material beats those of its parts */
+    bool taken;          /* by a group or an instance: not drawn by itself */
+    bool kept;           /* as a group of the description, since it is drawn more than once */
+    bool has_box;        /* box is known */
+    uint32_t group;      /* where kept: which shape of the description */
+    uint32_t uses;       /* by groups and instances */
+    uint32_t kept_depth; /* of kept groups in it, with itself */
+    bounds3 box;         /* of a large group in its own space */
     uint32_t line;
     uint32_t depth; /* of groups in groups; a shape has 0 */
     size_t first_child, child_count;
@@ -140,6 +144,8 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
 /* The value at `index`: three finite numbers. `name` is for messages. */
 void values_read_vec3(lua_State *L, int index, const char *label, const char *name, double out[3]);
 double values_read_number(lua_State *L, int index, const char *label, const char *name);
+/* Two names of the table at index 1 that stand for one another. */
+void values_refuse_both(lua_State *L, const char *label, const char *one, const char *other);
 /* Fields of the table at index 1, NULL or false when absent. */
 const char *values_get_string(lua_State *L, const char *label, const char *name);
 bool values_get_bool(lua_State *L, const char *label, const char *name, bool absent);
@@ -161,10 +167,6 @@ void handle_push(lua_State *L, const char *kind, uint32_t index);
 bool handle_get(lua_State *L, int index, const char *kind, uint32_t *out);
 
 /* ---- lua_transform.c ---- */
-placement placement_identity(void);
-placement placement_multiply(const placement *a, const placement *b); /* b is applied first */
-transform placement_round(const placement *p);
-placement placement_from(const transform *t);
 placement values_get_placement(lua_State *L, const char *label); /* field transform of table 1 */
 void transform_open(lua_State *L);
 
@@ -209,6 +211,10 @@ int files_image(lua_State *L, const type_info *type); /* texture.image { file = 
 /* The picture of the surroundings of light.environment { file = }: the number of its texture, from 1.
  */
 uint32_t files_environment(lua_State *L);
+/* Pushes a box with the decoded image. */
+const struct decoded_image *files_read_image(lua_State *L, const char *name);
+/* lua_heights.c: turns the other forms of heightfield { } at index 1 into the plain one. */
+void heights_expand(lua_State *L);
 /* The file that the program calls `name`, by its path, on the stack. */
 const char *files_resolve(lua_State *L, const char *name);
 void files_check_params(lua_State *L);

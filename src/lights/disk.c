@@ -33,7 +33,8 @@ static dvec3 power(const light *l, double scene_radius) {
 }
 
 const light_type light_disk = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, disk_light, "disk", "a disk that shines to one side"),
+    .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, disk_light, "disk", "a disk that shines to one side",
+                             "radiance|power"),
     .check = check,
     .shape = shape,
     .power = power,

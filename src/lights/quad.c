@@ -71,7 +71,9 @@ static dvec3 power(const light *l, double scene_radius) {
 }
 
 const light_type light_quad = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, quad_light, "quad", "a rectangle that shines to one side"),
+    .info =
+        TYPE_INFO_EITHER(CATEGORY_LIGHT, quad_light, "quad", "a rectangle that shines to one side",
+                         "corner u v|center at width height;radiance|power"),
     .check = check,
     .shape = shape,
     .power = power,

@@ -34,7 +34,8 @@ static dvec3 power(const light *l, double scene_radius) {
 }
 
 const light_type light_sphere = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, sphere_light, "sphere", "a sphere that shines"),
+    .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, sphere_light, "sphere", "a sphere that shines",
+                             "radiance|power"),
     .check = check,
     .shape = shape,
     .power = power,

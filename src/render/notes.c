@@ -10,7 +10,7 @@ static void note_ambient(const scene *s, const log_sink *log) {
 }
 
 static bool is_used(const scene *s, uint32_t index) {
-    for (uint32_t i = 0; i < s->instance_count; i++)
+    for (uint32_t i = 0; i < s->part_count; i++)
         if (s->instances[i].material == index) return true;
     return false;
 }
@@ -35,7 +35,7 @@ static void note_gain(const description *d, const scene *s, const log_sink *log)
 
 /* Planes have no area to draw a point from. */
 static void note_endless_emitters(const scene *s, const log_sink *log) {
-    for (uint32_t i = 0; i < s->instance_count; i++) {
+    for (uint32_t i = 0; i < s->part_count; i++) {
         const scene_instance *at = &s->instances[i];
         if (at->type->area || !s->materials[at->material].shines) continue;
         log_write(log, SNELL_WARNING, (source_place){0}, "use a quad or a disk, or path",
