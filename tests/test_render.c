@@ -174,6 +174,20 @@ static void streams_differ_and_are_uniform(void **state) {
     assert_true(fabs(xy) < 5 * root / 12 && fabs(neighbours) < 5 * root / 12);
 }
 
+/* What the header says without the library is what the library says. */
+static void a_render_begins_with_the_defaults(void **state) {
+    (void)state;
+    rig_clear(&bench);
+    snell_render_desc said = SNELL_INIT(render_desc), found;
+    MUST(snell_scene_settings(bench.scene, 0, &found));
+    assert_int_equal(said.struct_size, sizeof said);
+    assert_true(said.integrator == found.integrator && said.samples == found.samples);
+    assert_true(said.width == found.width && said.height == found.height);
+    assert_true(said.max_depth == found.max_depth && said.min_weight == found.min_weight);
+    assert_true(said.filter == found.filter && said.filter_radius == found.filter_radius);
+    assert_true(!said.pixel_center && !said.transparent && said.seed == found.seed);
+}
+
 /* ---- dropped weight and depth ---- */
 
 static void mirrors_facing_each_other(double reflectance, double sky) {
@@ -1006,6 +1020,7 @@ int main(void) {
         cmocka_unit_test_setup(no_nan_reaches_the_film, fresh),
         cmocka_unit_test_setup(prefixes_are_nets, fresh),
         cmocka_unit_test_setup(streams_differ_and_are_uniform, fresh),
+        cmocka_unit_test_setup(a_render_begins_with_the_defaults, fresh),
         cmocka_unit_test_setup(what_is_dropped_is_reported, fresh),
         cmocka_unit_test_setup(bright_surroundings_are_not_dropped, fresh),
         cmocka_unit_test_setup(progress_comes_often_and_stops_at_once, fresh),

@@ -136,19 +136,17 @@ static void print_params(const snell_scene *scene, uint32_t count) {
 static void print_counts(const snell_scene_stats *s) {
     char a[32], b[32], c[32];
     text_format_count(s->instance_count, a);
-    text_format_count(s->primitive_count, b);
-    text_format_count(s->triangle_count, c);
-    printf("%-11s %s instance%s, %s primitive%s, %s of them triangle%s", "contents", a,
-           s->instance_count == 1 ? "" : "s", b, s->primitive_count == 1 ? "" : "s", c,
-           s->triangle_count == 1 ? "" : "s");
-    if (s->unique_triangle_count != s->triangle_count) {
-        text_format_count(s->unique_triangle_count, c);
-        printf(" (%s without instancing)", c);
+    printf("%-11s %s instance%s of %" PRIu32 " shape%s", "contents", a,
+           s->instance_count == 1 ? "" : "s", s->shape_count, s->shape_count == 1 ? "" : "s");
+    if (s->triangle_count > 0) {
+        text_format_count(s->triangle_count, a);
+        text_format_count(s->unique_triangle_count, b);
+        printf(": %s triangle%s", a, s->triangle_count == 1 ? "" : "s");
+        if (s->unique_triangle_count != s->triangle_count) printf(", %s of them stored", b);
     }
-    printf("\n%-11s shapes %" PRIu32 ", materials %" PRIu32 ", textures %" PRIu32
-           ", lights %" PRIu32 ", cameras %" PRIu32 "\n",
-           "", s->shape_count, s->material_count, s->texture_count, s->light_count,
-           s->camera_count);
+    printf("\n%-11s materials %" PRIu32 ", textures %" PRIu32 ", lights %" PRIu32
+           ", cameras %" PRIu32 "\n",
+           "", s->material_count, s->texture_count, s->light_count, s->camera_count);
     text_format_bytes(s->memory_geometry, a);
     text_format_bytes(s->memory_accel, b);
     text_format_bytes(s->memory_textures, c);

@@ -216,6 +216,18 @@ snell_status snell_scene_add_instance(snell_scene *s, snell_shape_id shape,
     return status;
 }
 
+snell_status snell_scene_add_user_shape(snell_scene *s, const snell_user_shape_desc *desc,
+                                        const char *name, snell_shape_id *out) {
+    if (desc == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "user shape: desc is NULL");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    uint32_t index = 0;
+    status = description_add_user(s->description, desc, (object_source){.name = name}, &index);
+    if (!status && out) *out = (snell_shape_id){index + 1, 0};
+    scene_end_edit(s);
+    return status;
+}
+
 snell_status snell_scene_add_group(snell_scene *s, const snell_instance_id *parts, size_t count,
                                    const char *name, snell_shape_id *out) {
     if (parts == NULL && count > 0) return error_set(SNELL_ERR_ARGUMENT, NULL, "parts is NULL");

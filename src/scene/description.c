@@ -8,6 +8,7 @@
 #include "base/memory.h"
 #include "cameras/camera.h"
 #include "geometry/primitive.h"
+#include "geometry/user.h"
 #include "lights/light.h"
 #include "materials/material.h"
 #include "scene/settings.h"
@@ -482,6 +483,14 @@ bool object_is_group(const object *o) { return o->type == &shape_group.info; }
 static snell_status too_deep(void) {
     return error_set(SNELL_ERR_ARGUMENT, "put parts into one group instead of groups in groups",
                      "groups are nested more than %d deep", GROUP_DEPTH_MAX);
+}
+
+snell_status description_add_user(description *d, const snell_user_shape_desc *desc,
+                                  object_source source, uint32_t *index) {
+    user_desc made;
+    snell_status status = check_place(d, &shape_user.info, source.name);
+    if (!status) status = user_desc_make(desc, &made);
+    return status ? status : append_object(d, &shape_user.info, &made, source, index);
 }
 
 snell_status description_add_empty_group(description *d, object_source source, uint32_t *index) {

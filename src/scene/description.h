@@ -100,6 +100,9 @@ snell_status description_add_desc(description *d, const type_info *type, const v
 snell_status description_add_instance(description *d, uint32_t shape, uint32_t material,
                                       const transform *to_world, object_source source,
                                       uint32_t *index);
+/* A shape by the caller's functions, checked and copied. */
+snell_status description_add_user(description *d, const snell_user_shape_desc *desc,
+                                  object_source source, uint32_t *index);
 /* Instances that are drawn become the parts of a new group, which is drawn where an instance of it
  * stands. Errors: a part that is not there or belongs to another group; nested too deep. */
 snell_status description_add_group(description *d, const uint32_t *parts, size_t count,

@@ -12,7 +12,19 @@
 /* The grey Lambert of shapes without a material: its desc with every default. */
 extern const material_type material_lambert;
 
-/* Does it, or the material that it refers to (an earlier one), use a texture? */
+/* The next field from *index on that names a material, an earlier one; NULL: none. */
+static const material *next_part(const scene *s, const object *o, uint32_t *index) {
+    while (*index < o->type->field_count) {
+        const field *f = &o->type->fields[(*index)++];
+        if (f->kind != FIELD_MATERIAL) continue;
+        const void *at = (const char *)o->desc + f->offset;
+        uint32_t part = ((const snell_material_id *)at)->index1;
+        if (part) return &s->materials[part - 1];
+    }
+    return NULL;
+}
+
+/* Does it, or a material that it is made of, use a texture? */
 static bool is_textured(const scene *s, const object *o) {
     for (uint32_t i = 0; i < o->type->field_count; i++) {
         const field *f = &o->type->fields[i];
@@ -21,35 +33,28 @@ static bool is_textured(const scene *s, const object *o) {
             ((const snell_input *)at)->texture.index1)
             return true;
         if (f->kind == FIELD_TEXTURE && ((const snell_texture_id *)at)->index1) return true;
-        if (f->kind == FIELD_MATERIAL) {
-            uint32_t base = ((const snell_material_id *)at)->index1;
-            if (base && s->materials[base - 1].textured) return true;
-        }
     }
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (part->textured) return true;
     return false;
 }
 
 static bool is_thin(const scene *s, const object *o) {
     const material_type *type = (const material_type *)o->type;
     if (type->is_thin) return type->is_thin(o->desc);
-    for (uint32_t i = 0; i < o->type->field_count; i++) {
-        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
-        const char *at = (const char *)o->desc + o->type->fields[i].offset;
-        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
-        if (part && s->materials[part - 1].thin) return true;
-    }
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (part->thin) return true;
     return false;
 }
 
-/* Some materials are as opaque as those that they are made of (earlier ones). */
+/* Some materials are as opaque as those that they are made of. */
 static bool has_opaque_parts(const scene *s, const object *o) {
     if (((const material_type *)o->type)->opacity == NULL) return true;
-    for (uint32_t i = 0; i < o->type->field_count; i++) {
-        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
-        const char *at = (const char *)o->desc + o->type->fields[i].offset;
-        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
-        if (part && !s->materials[part - 1].opaque_alpha) return false;
-    }
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (!part->opaque_alpha) return false;
     return true;
 }
 
