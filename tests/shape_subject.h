@@ -74,6 +74,7 @@ typedef struct subject {
     bool winding;                              /* a ray that leaves it outwards may meet it again */
     bool upright;                              /* its axis is the Y axis */
     bool centered;                             /* it lies about the origin */
+    double fixed_size;                         /* its size, whatever is asked for; 0: any */
 } subject;
 
 #endif

@@ -7,6 +7,7 @@
 #include "geometry/primitive.h"
 #include "shapes_analytic.h"
 #include "shapes_basic.h"
+#include "shapes_fields.h"
 
 #define FAMILY(table)                                                                              \
     { table, sizeof table / sizeof table[0] }
@@ -16,6 +17,7 @@ static const struct family {
 } families[] = {
     FAMILY(subjects_basic),
     FAMILY(subjects_analytic),
+    FAMILY(subjects_fields),
 };
 
 static const subject *subject_of(const primitive_type *type) {

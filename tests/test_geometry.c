@@ -38,13 +38,26 @@ typedef struct setting {
     const primitive_type *type;
     const subject *subject;
     any_desc desc;
+    const void *shape; /* what rays are traced against: desc, or what was prepared from it */
     dvec3 at;
     double size;
     long hits, misses, unclear, exits,
         instanced; /* counted, so that a test that tests nothing fails */
 } setting;
 
+/* There is one setting at a time. */
+static struct {
+    const primitive_type *type;
+    void *prepared;
+} last_prepared;
+
+static void release_prepared(void) {
+    if (last_prepared.prepared) last_prepared.type->release(last_prepared.prepared);
+    last_prepared.prepared = NULL;
+}
+
 static void setting_make(setting *s, double size, double offset) {
+    if (s->subject->fixed_size > 0) size = s->subject->fixed_size;
     s->size = size;
     s->at = dvec3_from(vec3_from(dvec3_scale(direction(), size * offset)));
     if (s->subject->upright) s->at.x = s->at.z = 0;
@@ -53,6 +66,12 @@ static void setting_make(setting *s, double size, double offset) {
     s->subject->make(&s->desc, s->at, size);
     assert_int_equal(desc_check(&s->type->info, &s->desc, NULL), SNELL_OK);
     if (s->type->check) assert_int_equal(s->type->check(&s->desc), SNELL_OK);
+    s->shape = &s->desc;
+    release_prepared();
+    if (s->type->prepare == NULL) return;
+    last_prepared.type = s->type;
+    s->shape = last_prepared.prepared = s->type->prepare(&s->desc);
+    assert_non_null(s->shape);
 }
 
 static bool clearly(real a, real b, real slack) {
@@ -62,7 +81,7 @@ static bool clearly(real a, real b, real slack) {
 /* Holds intersect against the slow solver; true if there is a hit. */
 static bool compare(setting *s, const local_ray *beam, hit *found) {
     root roots[ROOTS];
-    int count = s->subject->solve(&s->desc, wide(beam->o), wide(beam->d), roots);
+    int count = s->subject->solve(s->shape, wide(beam->o), wide(beam->d), roots);
     const root *nearest = NULL;
     bool unclear = false;
     for (int i = 0; i < count; i++) {
@@ -75,7 +94,7 @@ static bool compare(setting *s, const local_ray *beam, hit *found) {
             nearest = r;
     }
     *found = (hit){.t = INFINITY, .u = NAN, .v = NAN};
-    bool is_hit = s->type->intersect(&s->desc, beam, found);
+    bool is_hit = s->type->intersect(s->shape, beam, found);
     if (is_hit) assert_true(found->t > beam->t_min && found->t < beam->t_max);
     if (unclear) {
         s->unclear++;
@@ -100,8 +119,8 @@ static void check_normal(const setting *s, const surface *at) {
     const vec axes[3] = {{step, 0, 0}, {0, step, 0}, {0, 0, step}};
     if (at_edge(s, at)) return;
     for (int i = 0; i < 3; i++)
-        change[i] = s->subject->distance(&s->desc, plus(wide_d(at->p), axes[i])) -
-                    s->subject->distance(&s->desc, minus(wide_d(at->p), axes[i]));
+        change[i] = s->subject->distance(s->shape, plus(wide_d(at->p), axes[i])) -
+                    s->subject->distance(s->shape, minus(wide_d(at->p), axes[i]));
     vec gradient = times((vec){change[0], change[1], change[2]}, 1 / (2 * step));
     real off = length(minus(gradient, wide_d(at->n)));
     if (!(off < 1e-4L + 4 * step * (real)at->curvature))
@@ -111,7 +130,7 @@ static void check_normal(const setting *s, const surface *at) {
 
 static void check_coordinates(const setting *s, const surface *at) {
     surface on = *at;
-    if (s->type->parametrise) s->type->parametrise(&s->desc, &on);
+    if (s->type->parametrise) s->type->parametrise(s->shape, &on);
     assert_true(isfinite(on.u) && isfinite(on.v));
     assert_true(s->type->unbounded || (on.u >= 0 && on.u <= 1 && on.v >= 0 && on.v <= 1));
     const dvec3 ways[2] = {on.dpdu, on.dpdv};
@@ -134,10 +153,10 @@ static void check_surface(const setting *s, const surface *at) {
     /* The point is on the surface as exactly as its own error says, which is next to nothing. */
     double magnitude = fabs(at->p.x) + fabs(at->p.y) + fabs(at->p.z);
     double exact = 1e-13 * (4 * magnitude + 100 * s->size), ulp = 0x1p-23 * magnitude;
-    real distance = fabsl(s->subject->distance(&s->desc, wide_d(at->p)));
+    real distance = fabsl(s->subject->distance(s->shape, wide_d(at->p)));
     assert_true(distance <= at->error && distance <= exact);
     assert_true(at->error <= exact + ulp * ulp * at->curvature);
-    bounds3 box = s->type->bounds(&s->desc);
+    bounds3 box = s->type->bounds(s->shape);
     assert_true(at->p.x >= (double)box.min.x && at->p.x <= (double)box.max.x);
     assert_true(at->p.y >= (double)box.min.y && at->p.y <= (double)box.max.y);
     assert_true(at->p.z >= (double)box.min.z && at->p.z <= (double)box.max.z);
@@ -146,7 +165,7 @@ static void check_surface(const setting *s, const surface *at) {
 /* A ray that leaves: its origin is on the side it goes to, and it does not meet where it came from.
  * `shape_ray` is the ray as the shape sees it. */
 static void check_leaving(setting *s, const surface *at, const local_ray *shape_ray, double side) {
-    real distance = s->subject->distance(&s->desc, wide(shape_ray->o));
+    real distance = s->subject->distance(s->shape, wide(shape_ray->o));
     real along = dot(minus(wide(shape_ray->o), wide_d(at->p)), wide_d(at->n)) * side;
     /* Near an edge of a box the origin may lie on the other face: not outside of it, though. */
     if (!(along > 0 && (side > 0 ? distance > 0 : distance <= 0)))
@@ -160,7 +179,7 @@ static void check_leaving(setting *s, const surface *at, const local_ray *shape_
     }
     if (!is_hit) return;
     surface exit;
-    s->type->surface(&s->desc, shape_ray, &again, &exit);
+    s->type->surface(s->shape, shape_ray, &again, &exit);
     /* It leaves, or enters, by another point. */
     assert_true(dvec3_dot(exit.n, dvec3_from(shape_ray->d)) * (side > 0 ? -1 : 1) > 0);
     s->exits++;
@@ -171,7 +190,7 @@ static void check_leaving(setting *s, const surface *at, const local_ray *shape_
 static bool at_joint(const setting *s, const surface *at) {
     if (s->subject->edge == NULL) return false;
     real near = 0x1p-20L * (length(wide_d(s->at)) + 200 * s->size);
-    return s->subject->edge(&s->desc, wide_d(at->p)) < near;
+    return s->subject->edge(s->shape, wide_d(at->p)) < near;
 }
 
 static void check_no_self_hit(setting *s, const surface *at) {
@@ -212,7 +231,7 @@ static bool at_edge(const setting *s, const surface *at) {
         dvec3_frame(at->n, &t, &b);
         dvec3 step = dvec3_scale(i & 1 ? t : b, i & 2 ? near : -near);
         other.p = dvec3_add(at->p, step);
-        if (s->subject->distance(&s->desc, wide_d(other.p)) > 0) return true;
+        if (s->subject->distance(s->shape, wide_d(other.p)) > 0) return true;
     }
     return false;
 }
@@ -301,7 +320,7 @@ static void every_shape_agrees_with_a_slow_solver(void **state) {
             local_ray beam = random_ray(&s, met ? n % 6 : 0, &last);
             hit found;
             if (!compare(&s, &beam, &found)) continue;
-            s.type->surface(&s.desc, &beam, &found, &last);
+            s.type->surface(s.shape, &beam, &found, &last);
             met = true;
             check_surface(&s, &last);
             check_no_self_hit(&s, &last);
@@ -341,11 +360,11 @@ static long check_membership(const setting *s, const local_ray *beam, const span
             if (isfinite(near)) t = near + reach * exp2(-between(1, 20)) * (k & 4 ? 1 : -1);
         }
         dvec3 p = dvec3_add(o, dvec3_scale(d, t));
-        real distance = s->subject->distance(&s->desc, wide_d(p));
+        real distance = s->subject->distance(s->shape, wide_d(p));
         real magnitude = length(wide_d(p)) + length(wide_d(o)) + s->size;
         if (fabsl(distance) < 1e-12L * magnitude) continue;
         bool listed = in_spans(spans, count, t);
-        if ((distance < 0) != listed || (s->type->side(&s->desc, p) > 0) != listed)
+        if ((distance < 0) != listed || (s->type->side(s->shape, p) > 0) != listed)
             fail_msg("%s: by its spans t %g is %s, the distance is %Lg", s->type->info.name, t,
                      listed ? "inside" : "outside", distance);
         inside += listed;
@@ -356,14 +375,14 @@ static long check_membership(const setting *s, const local_ray *beam, const span
 /* Every crossing of a line that is nowhere nearly tangent is a hit of it, and every hit a crossing. */
 static void check_crossings(const setting *s, const local_ray *beam, const span *spans, int count) {
     root roots[ROOTS];
-    int solved = s->subject->solve(&s->desc, wide(beam->o), wide(beam->d), roots);
+    int solved = s->subject->solve(s->shape, wide(beam->o), wide(beam->d), roots);
     for (int i = 0; i < solved; i++)
         if (fabsl(roots[i].margin) < 1e-8L) return;
     local_ray line = *beam;
     hit found = {0};
     int used = 0, ends = 0;
     for (int i = 0; i < count; i++) ends += isfinite(spans[i].enter.t) + isfinite(spans[i].leave.t);
-    for (line.t_min = -INFINITY; s->type->intersect(&s->desc, &line, &found);
+    for (line.t_min = -INFINITY; s->type->intersect(s->shape, &line, &found);
          line.t_min = found.t) {
         int matches = 0;
         for (int i = 0; i < 2 * count; i++) {
@@ -389,7 +408,7 @@ static void check_span_order(const setting *s, const local_ray *beam, const span
         last = spans[i].leave.t;
     }
     for (int capacity = 0; capacity < count; capacity++)
-        assert_int_equal(s->type->spans(&s->desc, beam, few, capacity), capacity + 1);
+        assert_int_equal(s->type->spans(s->shape, beam, few, capacity), capacity + 1);
 }
 
 static void spans_agree_with_sides_and_hits(void **state) {
@@ -408,9 +427,9 @@ static void spans_agree_with_sides_and_hits(void **state) {
             if (n % 20 == 0) setting_make(&s, sizes[place % 4], offsets[place / 4]);
             local_ray beam = random_ray(&s, n % 3, &last);
             span spans[SPANS];
-            int count = s.type->spans(&s.desc, &beam, spans, SPANS);
+            int count = s.type->spans(s.shape, &beam, spans, SPANS);
             if (count == -1) {
-                assert_int_equal(s.type->side(&s.desc, s.at), -1);
+                assert_int_equal(s.type->side(s.shape, s.at), -1);
                 open++;
                 continue;
             }
@@ -426,7 +445,7 @@ static void spans_agree_with_sides_and_hits(void **state) {
         assert_true(tested > 3000 && met > tested / 4 && inside > tested / 2);
         local_ray still = {{0, 0, 0}, {0, 0, 0}, 0, INFINITY};
         span none[SPANS];
-        assert_true(s.type->unbounded || s.type->spans(&s.desc, &still, none, SPANS) <= 0);
+        assert_true(s.type->unbounded || s.type->spans(s.shape, &still, none, SPANS) <= 0);
     }
 }
 
@@ -447,8 +466,8 @@ static void bend_says_how_normals_turn(void **state) {
             local_ray beam = random_ray(&s, 0, NULL);
             hit one, two;
             surface first, second;
-            if (!s.type->intersect(&s.desc, &beam, &one)) continue;
-            s.type->surface(&s.desc, &beam, &one, &first);
+            if (!s.type->intersect(s.shape, &beam, &one)) continue;
+            s.type->surface(s.shape, &beam, &one, &first);
             if (at_edge(&s, &first) || first.curvature > 100) continue;
             dvec3 o = dvec3_add(first.p, dvec3_scale(first.n, 1e-2)), x, y;
             dvec3_frame(first.n, &x, &y);
@@ -457,15 +476,15 @@ static void bend_says_how_normals_turn(void **state) {
                 dvec3_add(dvec3_scale(x, cos(angle) * 1e-4), dvec3_scale(y, sin(angle) * 1e-4));
             beam.d = vec3_from(dvec3_negate(first.n));
             beam.o = vec3_from(o);
-            if (!s.type->intersect(&s.desc, &beam, &one)) continue;
-            s.type->surface(&s.desc, &beam, &one, &first);
+            if (!s.type->intersect(s.shape, &beam, &one)) continue;
+            s.type->surface(s.shape, &beam, &one, &first);
             beam.o = vec3_from(dvec3_add(o, step));
-            if (!s.type->intersect(&s.desc, &beam, &two)) continue;
-            s.type->surface(&s.desc, &beam, &two, &second);
+            if (!s.type->intersect(s.shape, &beam, &two)) continue;
+            s.type->surface(s.shape, &beam, &two, &second);
             dvec3 dp = dvec3_sub(second.p, first.p), turn = dvec3_sub(second.ns, first.ns);
             if (dvec3_length(dp) > 1e-3) continue; /* another face */
             dvec3 said =
-                s.type->bend ? s.type->bend(&s.desc, &one, dp) : dvec3_scale(dp, first.curvature);
+                s.type->bend ? s.type->bend(s.shape, &one, dp) : dvec3_scale(dp, first.curvature);
             double off = dvec3_length(dvec3_sub(said, turn)), size = dvec3_length(dp);
             tested++;
             wrong += off > 0.02 * (first.curvature + 0.5) * size;
@@ -524,15 +543,15 @@ static void odd_rays_give_no_nan_and_no_hit(void **state) {
             for (int k = 0; k < 6; k++) x[k] = odd[random_bits() % (uint64_t)count];
             local_ray beam = {{x[0], x[1], x[2]}, {x[3], x[4], x[5]}, 0, INFINITY};
             hit found;
-            if (s.type->intersect(&s.desc, &beam, &found)) {
+            if (s.type->intersect(s.shape, &beam, &found)) {
                 assert_true(found.t > 0 && found.t < INFINITY);
                 surface at;
-                s.type->surface(&s.desc, &beam, &found, &at);
+                s.type->surface(s.shape, &beam, &found, &at);
             }
         }
         local_ray still = {{0, 0, 0}, {0, 0, 0}, 0, INFINITY};
         hit found;
-        assert_false(s.type->intersect(&s.desc, &still, &found));
+        assert_false(s.type->intersect(s.shape, &still, &found));
     }
 }
 
@@ -889,6 +908,7 @@ static void inside_a_far_small_sphere_the_origin_stays_inside(void **state) {
     random_state = 11;
     setting s = {.type = primitive_find("sphere")};
     s.subject = subject_of(s.type);
+    s.shape = &s.desc;
     for (int n = 0; n < 100000; n++) {
         s.at = (dvec3){16384, between(-1, 1), between(-1, 1)};
         s.size = 1;
@@ -903,9 +923,9 @@ static void inside_a_far_small_sphere_the_origin_stays_inside(void **state) {
         from.x += 0.01 * between(-1, 1);
         local_ray beam = ray_between(from, target);
         hit found;
-        if (!s.type->intersect(&s.desc, &beam, &found)) continue;
+        if (!s.type->intersect(s.shape, &beam, &found)) continue;
         surface at;
-        s.type->surface(&s.desc, &beam, &found, &at);
+        s.type->surface(s.shape, &beam, &found, &at);
         check_no_self_hit(&s, &at);
         check_no_self_hit_in_instance(&s, &at);
     }
@@ -951,5 +971,6 @@ int main(void) {
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);
     reference_free();
+    release_prepared();
     return failed;
 }

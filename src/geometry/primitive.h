@@ -62,6 +62,11 @@ typedef struct primitive_type {
     /* Beyond what the table can say; NULL: nothing. Reports with error_set. */
     snell_status (*check)(const void *desc);
     bounds3 (*bounds)(const void *desc); /* contains every point that intersect may return */
+    /* What is worked out once for all rays: a copy of the description that more follows after, which
+     * borrows the description's strings and arrays. All functions below get it in the description's
+     * place. Of a checked description, so NULL means out of memory. NULL: they get the description. */
+    void *(*prepare)(const void *desc);
+    void (*release)(void *prepared);
     /* Shapes of very many parts, each with a box of its own by which rays find it: how many; they are
      * numbered from 0. primitive_bounds may be empty: there is nothing. NULL: one part. */
     uint32_t (*primitive_count)(const void *desc);
@@ -115,6 +120,12 @@ static inline bounds3 primitive_bounds_of(const primitive_type *type, const void
                                           uint32_t primitive) {
     return type->primitive_count ? type->primitive_bounds(desc, primitive) : type->bounds(desc);
 }
+
+/* What a shape's type made of its description (primitive_type.prepare). */
+typedef struct prepared_shape {
+    const primitive_type *type;
+    void *made; /* NULL: nothing, the description serves */
+} prepared_shape;
 
 /* The registry: every type of shapes.def, in its order. */
 extern const primitive_type *const primitive_types[];

@@ -277,6 +277,9 @@ void scene_destroy(scene *s) {
     free(s->materials);
     free(s->default_material);
     free(s->lights);
+    for (size_t i = 0; s->prepared && i < s->prepared_count; i++)
+        if (s->prepared[i].made) s->prepared[i].type->release(s->prepared[i].made);
+    free(s->prepared);
     free(s->instances);
     free(s->instance_ids);
     solid_set_destroy(s->solids);

@@ -27,7 +27,7 @@ enum {
 
 typedef struct scene_instance {
     const primitive_type *type; /* of the shape */
-    const void *shape;          /* its desc */
+    const void *shape;          /* its desc, or what was prepared from it */
     uint32_t shape_index;
     uint32_t material; /* index into materials; slots of a mesh or a solid choose others */
     bool identity;
@@ -87,6 +87,8 @@ typedef struct scene {
     light_tree *tree; /* over the lights that are somewhere (`placed`), then the emitters */
     uint32_t *placed, *nowhere; /* registry lights */
     uint32_t placed_count, nowhere_count;
+    prepared_shape *prepared; /* of the description's shapes */
+    size_t prepared_count;
     /* Those of the world, then the parts of groups. What a hit calls its instance is the number of a
      * shape, counted as if all groups were flattened: without groups it is an index. */
     scene_instance *instances;

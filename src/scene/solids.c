@@ -69,7 +69,11 @@ static snell_status check_part(const description *d, uint32_t shape) {
                          "%s: it encloses nothing and cannot be part of a solid", o->type->name);
     const local_ray any = {{0, 0, 0}, {0.6f, 0.64f, 0.48f}, 0, INFINITY};
     span unused[1];
-    if (type->spans(o->desc, &any, unused, 0) >= 0) return SNELL_OK;
+    void *made = type->prepare ? type->prepare(o->desc) : NULL;
+    if (type->prepare && made == NULL) return error_no_memory();
+    bool closed = type->spans(made ? made : o->desc, &any, unused, 0) >= 0;
+    if (made) type->release(made);
+    if (closed) return SNELL_OK;
     bool caps = type_find_field(o->type, "capped") != NULL;
     return error_set(SNELL_ERR_ARGUMENT,
                      caps ? "set capped = true" : "begin and end its line on the axis",
@@ -239,8 +243,9 @@ static snell_status add_part(compiler *c, uint32_t shape, const place *at) {
     const object *o = shape_at(c->d, shape);
     const primitive_type *type = (const primitive_type *)o->type;
     const mesh_desc *mesh = type == &primitive_mesh ? o->desc : NULL;
+    const void *made = c->set->prepared[shape].made;
     solid_part part = {.type = type,
-                       .desc = o->desc,
+                       .desc = made ? made : o->desc,
                        .identity = transform_is_identity(&at->to_solid),
                        .subtracted = at->subtracted,
                        .first = at->first,

@@ -23,6 +23,7 @@ typedef struct solid_set {
     solid_mesh **meshes;
     size_t mesh_count, mesh_capacity;
     const struct material *materials; /* of the scene; borrowed */
+    const prepared_shape *prepared;   /* of the description's shapes; borrowed */
     bool textured;                    /* one of them looks at texture coordinates */
     atomic_bool spent;                /* a line met more than a solid can hold */
 } solid_set;
