@@ -1793,6 +1793,66 @@ static inline snell_solid_desc snell_solid_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_solid(snell_scene *scene, const snell_solid_desc *desc, snell_shape_id *out);
 
+typedef struct snell_implicit_desc { /* where a formula in x, y, z is below 0; distance fields too */
+    size_t struct_size;
+    const char *f; /* formula in x, y, z: "x^2 + y^2 + z^2 - 1"; solid where below 0; required */
+    snell_vec3 min; /* the lowest corner of the box it lies in; m; required */
+    snell_vec3 max; /* the highest corner; m; required */
+    bool capped; /* closed by the faces of the box where that cuts it */
+    float lipschitz; /* f changes by at most this per metre: 1 for distances; 0: not known; >= 0 */
+} snell_implicit_desc;
+static inline snell_implicit_desc snell_implicit_desc_init(size_t struct_size) {
+    snell_implicit_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.f = "";
+    desc.capped = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_implicit(snell_scene *scene, const snell_implicit_desc *desc, snell_shape_id *out);
+
+typedef struct snell_blob_desc { /* balls that melt together (metaballs) */
+    size_t struct_size;
+    const snell_vec3 *points; /* the middles of the balls that melt together; m; required */
+    size_t points_count;
+    float radius; /* how far each point reaches; m; > 0 */
+    float strength; /* of each point, at its middle; less than 0: a dent */
+    const snell_vec2 *sizes; /* {radius, strength} of each point, instead */
+    size_t sizes_count;
+    float threshold; /* solid where the sum is above this; > 0 */
+} snell_blob_desc;
+static inline snell_blob_desc snell_blob_desc_init(size_t struct_size) {
+    snell_blob_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)1;
+    desc.strength = (float)1;
+    desc.threshold = (float)0.5;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_blob(snell_scene *scene, const snell_blob_desc *desc, snell_shape_id *out);
+
+typedef struct snell_julia_desc { /* a quaternion Julia set */
+    size_t struct_size;
+    snell_vec3 c; /* the constant: real part, i, j; -100 to 100 */
+    float c_k; /* its fourth part, k; -100 to 100 */
+    float slice; /* the fourth coordinate of the cut; m; -100 to 100 */
+    int32_t iterations; /* steps of q -> q^2 + c: the detail; 1 to 60 */
+    float escape; /* how far a point may go; 0: as far as is sure never to come back; m; >= 0 */
+} snell_julia_desc;
+static inline snell_julia_desc snell_julia_desc_init(size_t struct_size) {
+    snell_julia_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.c.x = (float)-0.200000003;
+    desc.c.y = (float)0.600000024;
+    desc.c.z = (float)0.200000003;
+    desc.c_k = (float)0.200000003;
+    desc.iterations = 9;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_julia(snell_scene *scene, const snell_julia_desc *desc, snell_shape_id *out);
+
 typedef struct snell_perspective_camera_desc { /* a pinhole camera, or a thin lens with depth of field */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */

@@ -671,6 +671,45 @@ snell_status snell_scene_add_solid(snell_scene *s, const snell_solid_desc *desc,
     return status;
 }
 
+_Static_assert(sizeof(snell_implicit_desc) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, f) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, min) == 16, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, max) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, capped) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, lipschitz) == 44, "run tools/update_api");
+snell_status snell_scene_add_implicit(snell_scene *s, const snell_implicit_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "implicit", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_blob_desc) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, points) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, radius) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, strength) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, sizes) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, threshold) == 48, "run tools/update_api");
+snell_status snell_scene_add_blob(snell_scene *s, const snell_blob_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "blob", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_julia_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, c) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, c_k) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, slice) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, iterations) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, escape) == 32, "run tools/update_api");
+snell_status snell_scene_add_julia(snell_scene *s, const snell_julia_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "julia", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_perspective_camera_desc) == 96, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, from) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, at) == 20, "run tools/update_api");
