@@ -1563,6 +1563,66 @@ static inline snell_lathe_desc snell_lathe_desc_init(size_t struct_size) {
 }
 SNELL_API snell_status snell_scene_add_lathe(snell_scene *scene, const snell_lathe_desc *desc, snell_shape_id *out);
 
+enum { SNELL_CURVES_BASIS_CATMULL_ROM, SNELL_CURVES_BASIS_BSPLINE, SNELL_CURVES_BASIS_BEZIER, SNELL_CURVES_BASIS_LINEAR };
+enum { SNELL_CURVES_KIND_ROUND, SNELL_CURVES_KIND_RIBBON };
+typedef struct snell_curves_desc { /* strands: hair, fur, grass, wire */
+    size_t struct_size;
+    const snell_vec3 *points; /* of all strands, one after the other; m; required */
+    size_t points_count;
+    const float *radii; /* one per point, instead of 'radius'; m; >= 0 */
+    size_t radii_count;
+    float radius; /* half the thickness of all strands; m; > 0 */
+    const uint32_t *starts; /* number, from 0, of the first point of each strand; none: one strand */
+    size_t starts_count;
+    int32_t basis; /* through the points, smoothly near them, by control points, straight */
+    int32_t kind; /* a round thread, or a flat one that faces each sight */
+} snell_curves_desc;
+static inline snell_curves_desc snell_curves_desc_init(size_t struct_size) {
+    snell_curves_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.radius = (float)0.00999999978;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_curves(snell_scene *scene, const snell_curves_desc *desc, snell_shape_id *out);
+
+typedef struct snell_heightfield_desc { /* a terrain over a grid of posts */
+    size_t struct_size;
+    const float *heights; /* rows of posts, from the least z on; 0 is min's y, 1 is max's; required */
+    size_t heights_count;
+    int32_t columns; /* posts in a row, along x; required; 2 to 65536 */
+    int32_t rows; /* rows, along z; required; 2 to 65536 */
+    snell_vec3 min; /* the corner of the first post; m */
+    snell_vec3 max; /* the corner of the last post; m */
+    bool smooth; /* blend the shading normals over the cells */
+} snell_heightfield_desc;
+static inline snell_heightfield_desc snell_heightfield_desc_init(size_t struct_size) {
+    snell_heightfield_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.max.x = (float)1;
+    desc.max.y = (float)1;
+    desc.max.z = (float)1;
+    desc.smooth = true;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_heightfield(snell_scene *scene, const snell_heightfield_desc *desc, snell_shape_id *out);
+
+typedef struct snell_patch_desc { /* bicubic Bezier patches */
+    size_t struct_size;
+    const snell_vec3 *points; /* the controls, 16 per patch, or for 'indices'; m; required */
+    size_t points_count;
+    const uint32_t *indices; /* 16 numbers of points, from 0, per patch */
+    size_t indices_count;
+} snell_patch_desc;
+static inline snell_patch_desc snell_patch_desc_init(size_t struct_size) {
+    snell_patch_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_patch(snell_scene *scene, const snell_patch_desc *desc, snell_shape_id *out);
+
 typedef struct snell_perspective_camera_desc { /* a pinhole camera, or a thin lens with depth of field */
     size_t struct_size;
     snell_vec3 from; /* where the eye is; m */

@@ -584,6 +584,44 @@ snell_status snell_scene_add_lathe(snell_scene *s, const snell_lathe_desc *desc,
     return status;
 }
 
+_Static_assert(sizeof(snell_curves_desc) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, points) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, radii) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, radius) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, starts) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, basis) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_curves_desc, kind) == 68, "run tools/update_api");
+snell_status snell_scene_add_curves(snell_scene *s, const snell_curves_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "curves", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_heightfield_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, heights) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, columns) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, rows) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, min) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, max) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_heightfield_desc, smooth) == 56, "run tools/update_api");
+snell_status snell_scene_add_heightfield(snell_scene *s, const snell_heightfield_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "heightfield", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_patch_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_patch_desc, points) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_patch_desc, indices) == 24, "run tools/update_api");
+snell_status snell_scene_add_patch(snell_scene *s, const snell_patch_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "patch", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_perspective_camera_desc) == 96, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, from) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_perspective_camera_desc, at) == 20, "run tools/update_api");

@@ -38,7 +38,7 @@ static void note_endless_emitters(const scene *s, const log_sink *log) {
     for (uint32_t i = 0; i < s->instance_count; i++) {
         const scene_instance *at = &s->instances[i];
         if (at->type->area || !s->materials[at->material].shines) continue;
-        log_write(log, SNELL_WARNING, (source_place){0}, "use a quad or a disk, or path",
+        log_write(log, SNELL_WARNING, (source_place){0}, "use a quad, a disk or a mesh, or path",
                   "a %s that shines lights only what mirrors it: it has no area to sample",
                   at->type->info.name);
         return;
