@@ -76,7 +76,7 @@ static void describe_scene(bench *b) {
                               .positions_count = s->position_count,
                               .indices = s->indices,
                               .indices_count = s->index_count};
-        b->geometries[0] = (accel_geometry){primitive_find("mesh"), &b->mesh};
+        b->geometries[0] = (accel_geometry){.type = primitive_find("mesh"), .desc = &b->mesh};
         return;
     }
     const primitive_type *type = primitive_find("sphere");
@@ -90,7 +90,7 @@ static void describe_scene(bench *b) {
             .name = "radius", .kind = SNELL_PARAM_FLOAT, .value.f = s->spheres[i].radius};
         if (desc_set(&type->info, desc, &center) || desc_set(&type->info, desc, &radius))
             die(error_last()->text);
-        b->geometries[i] = (accel_geometry){type, desc};
+        b->geometries[i] = (accel_geometry){.type = type, .desc = desc};
     }
 }
 

@@ -5,7 +5,7 @@ include(CMakePackageConfigHelpers)
 install(TARGETS snell EXPORT snell-targets
   LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}
   INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(FILES include/snell/snell.h ${CMAKE_CURRENT_BINARY_DIR}/generated/snell_export.h
+install(FILES include/snell/snell.h
   DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/snell)
 if(TARGET snell-cli)
   install(TARGETS snell-cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

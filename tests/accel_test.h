@@ -79,7 +79,7 @@ static inline uint32_t scene_add_geometry(test_scene *s, const primitive_type *t
                                           const void *desc) {
     assert_non_null(type);
     assert_true(s->geometry_count < SCENE_CAPACITY);
-    s->geometries[s->geometry_count] = (accel_geometry){type, desc};
+    s->geometries[s->geometry_count] = (accel_geometry){.type = type, .desc = desc};
     return (uint32_t)s->geometry_count++;
 }
 

@@ -28,7 +28,7 @@ static void the_tree_does_not_depend_on_threads(void **state) {
         thread_pool *pool = NULL;
         assert_int_equal(thread_pool_create(threads[i], &pool), SNELL_OK);
         accel *a = scene_build(s, 0, 0, pool);
-        assert_true(same_tree(&a->top, &first->top));
+        assert_true(same_tree(&a->world.top, &first->world.top));
         for (size_t g = 0; g < a->geometry_count; g++)
             assert_true(same_tree(&a->geometries[g].tree, &first->geometries[g].tree));
         accel_memory m = accel_get_memory(a), m0 = accel_get_memory(first);

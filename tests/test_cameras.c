@@ -1,4 +1,6 @@
 /* Cameras, lenses, filters and motion: corner rays, closed forms and the reference cases of group J. */
+#include <malloc.h>
+
 #include "api/api.h"
 #include "maths/functions.h"
 #include "reference.h"
@@ -418,7 +420,8 @@ static void moving_things_do_not_hit_themselves(void **state) {
             scene_shade_point(s, &r, &found, &p);
             dvec3 out = {uniform(&random) - 0.5, uniform(&random) - 0.5, uniform(&random) - 0.5};
             if (dvec3_dot(out, p.n) < 0) out = dvec3_negate(out);
-            ray next = scene_spawn_ray(&p, out, INFINITY);
+            ray next;
+            scene_spawn_ray(&p, out, INFINITY, &next);
             next.time = r.time;
             accel_trace(s->accel, SNELL_ISA_AUTO, &next, &again, 1, NULL);
             assert_int_equal(again.instance, NO_ID);
@@ -512,6 +515,37 @@ static void bad_motions_are_refused(void **state) {
                      SNELL_ERR_ARGUMENT);
 }
 
+/* Room for 16 steps was taken for every key, and for keys that no shutter sees. */
+static void motions_take_what_they_need(void **state) {
+    (void)state;
+    enum { KEYS = 1 << 20 };
+    snell_motion_key *keys = calloc(KEYS, sizeof *keys);
+    assert_non_null(keys);
+    for (int i = 0; i < KEYS; i++) keys[i] = key(i, i % 7, 0, 0);
+    motion m;
+    MUST(motion_prepare(keys, KEYS, 5.5, 7.5, &m));
+    assert_int_equal(m.count, 4);
+    assert_true(malloc_usable_size(m.steps) < 1024);
+    motion_free(&m);
+    MUST(motion_prepare(keys, KEYS, -INFINITY, INFINITY, &m));
+    assert_int_equal(m.count, KEYS);
+    assert_true(malloc_usable_size(m.steps) < KEYS * sizeof *keys + (1 << 20));
+    motion_free(&m);
+    enum { TURNS = MOTION_STEPS_MAX / MOTION_STEPS + 2 };
+    for (int i = 0; i < TURNS; i += 2) { /* a quarter to and fro */
+        keys[i].transform.m[0][0] = keys[i].transform.m[2][2] = 0;
+        keys[i].transform.m[0][2] = 1;
+        keys[i].transform.m[2][0] = -1;
+    }
+    assert_int_equal(motion_prepare(keys, TURNS, -INFINITY, INFINITY, &m), SNELL_ERR_ARGUMENT);
+    assert_non_null(strstr(snell_last_error()->text, "more than 1048576 linear steps"));
+    assert_null(m.steps);
+    MUST(motion_prepare(keys, TURNS, 0, 1000, &m));
+    assert_int_equal(m.count, 16001);
+    motion_free(&m);
+    free(keys);
+}
+
 /* Black corners, a clear film there, and no endless loop where a block has no ray at all. */
 static void fisheye_pictures(void **state) {
     (void)state;
@@ -574,6 +608,7 @@ int main(void) {
         cmocka_unit_test_setup(motions_are_clipped_to_the_shutters, fresh),
         cmocka_unit_test_setup(cameras_move, fresh),
         cmocka_unit_test_setup(bad_motions_are_refused, fresh),
+        cmocka_unit_test_setup(motions_take_what_they_need, fresh),
         cmocka_unit_test_setup(fisheye_pictures, fresh),
         cmocka_unit_test_setup(views_keep_everything, fresh),
     };

@@ -502,7 +502,7 @@ contents() {
             prints "$name: obj"
         done
         run 0 info plain.obj
-        prints "1 instance, 4 primitives"
+        prints "1 instance of 1 shape: 4 triangles"
         "$snell" - -n 1 -s 8x8 -o obj.pfm <plain.obj >out 2>err || fail "OBJ on standard input is not recognised"
         run 0 plain.obj -n 1 -s 8x8 -o obj2.pfm
         cmp -s obj.pfm obj2.pfm || fail "OBJ on standard input is another picture"
@@ -615,13 +615,39 @@ language() {
     # the examples of the help are programs
     "$snell" help group | sed -n '/^  local/,/^$/p' | sed 's/{ \.\. }/{}/g; s/disk {}/disk { radius = 1 }/' >wheels.lua
     run 0 info wheels.lua
-    prints "8 instances"
+    prints "8 instances of "
     printf 'local red = material.lambert {}\n' >one.lua
     "$snell" help triangle | grep '^  triangle' >>one.lua
     "$snell" help transform | sed -n '/^  local/,/^$/p' >>one.lua
     "$snell" help textures | grep -E '^  (local|plane)' >>one.lua
     run 0 info one.lua
-    prints "3 instances"
+    prints "3 instances of 3 shapes"
+    printf '%s\n' 'local m = mesh { positions = {{0,0,0},{1,0,0},{0,1,0},{0,0,1}}, indices = {0,1,2, 0,1,3} }' \
+        'for i = 1, 5 do instance { m, transform = transform.translate {i, 0, 0} } end' >five.lua
+    run 0 info five.lua
+    prints "5 instances of 1 shape: 10 triangles, 2 of them stored"
+    # a field is explained for every type that has it
+    run 0 help roughness
+    prints "in material dielectric"
+    prints "in material ggx"
+    prints "number or texture, 0 to 1"
+    prints "[0.3]"
+    run 0 help emission
+    [ "$(grep -c '^  emission' out)" -eq 1 ] || fail "the common field emission is explained more than once"
+    run 2 help roughnes
+    says "did you mean 'snell help roughness'?"
+    for word in roughness emission color from map; do
+        "$snell" help $word | awk 'length > 79 { exit 1 }' || fail "help $word is wider than 79 columns"
+    done
+    # another integrator has its own samples and depth: that is said
+    printf 'render { integrator = "whitted", samples = 3, max_depth = 5 } sphere {}\n' >meant.lua
+    run 0 meant.lua -i appel -s 8x8 -o meant.pfm
+    says "samples 3 and max_depth 5 are meant for whitted: appel takes its own, 4 and 0"
+    run 0 meant.lua -i whitted -s 8x8 -o meant.pfm
+    grep -q "meant for" err && fail "the scene's own integrator is told so"
+    printf 'render { integrator = "whitted", samples = 3 } sphere {}\n' >meant.lua
+    run 0 meant.lua -i appel -s 8x8 -o meant.pfm
+    says "samples 3 are meant for whitted: appel takes its own, 4"
 }
 
 "$snell" example hello >my.lua || fail "there is no example"

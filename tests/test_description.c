@@ -109,6 +109,68 @@ static void faults_are_refused_and_leave_nothing(void **state) {
     assert_int_equal(d->objects[CATEGORY_SHAPE].count, 0);
 }
 
+static bool name_in(const char *side, size_t length, const char *name) {
+    for (size_t at = 0; at < length; at += strcspn(side + at, " |;") + 1)
+        if (strcspn(side + at, " |;") == strlen(name) &&
+            strncmp(side + at, name, strlen(name)) == 0)
+            return true;
+    return false;
+}
+
+/* Which side of which choice a field is on: 10 times the choice, and the side; -1 none. */
+static int side_of(const char *either, const char *name) {
+    int choice = 0, side = 0;
+    for (const char *at = either;;) {
+        size_t length = strcspn(at, "|;");
+        if (name_in(at, length, name)) return 10 * choice + side;
+        if (at[length] == '\0') return -1;
+        if (at[length] == ';') choice++, side = 0;
+        if (at[length] == '|') side++;
+        at += length + 1;
+    }
+}
+
+/* Two ways to say one thing were taken silently, and one of them did nothing. */
+static void only_one_of_two_ways(void **state) {
+    (void)state;
+    int refused = 0, taken = 0;
+    const type_info *info;
+    for (uint32_t t = 0; (info = type_at(t)) != NULL; t++) {
+        uint32_t known = 0;
+        for (uint32_t i = 0; i < info->field_count; i++) {
+            const field *f = &info->fields[i];
+            if (strncmp(f->help, "instead of ", 11) == 0 &&
+                (!info->either || side_of(info->either, f->name) < 0))
+                fail_msg("%s.%s: TYPE_INFO_EITHER does not know what it stands for", info->name,
+                         f->name);
+            if (info->either) known += side_of(info->either, f->name) >= 0;
+        }
+        if (!info->either) continue;
+        uint32_t words = 1;
+        for (const char *c = info->either; *c; c++) words += strchr(" |;", *c) != NULL;
+        assert_int_equal(known, words); /* each is a field */
+        for (uint32_t i = 0; i < info->field_count; i++)
+            for (uint32_t k = i + 1; k < info->field_count; k++) {
+                int one = side_of(info->either, info->fields[i].name),
+                    other = side_of(info->either, info->fields[k].name);
+                _Alignas(16) unsigned char desc[1024];
+                bool given[64] = {false};
+                assert_true(info->desc_size <= sizeof desc && info->field_count <= 64);
+                desc_init(info, desc);
+                for (uint32_t m = 0; m < info->field_count; m++)
+                    given[m] = m == i || m == k || info->fields[m].flags & FIELD_REQUIRED;
+                bool clash = one >= 0 && other >= 0 && one / 10 == other / 10 && one != other;
+                assert_int_equal(desc_check(info, desc, given),
+                                 clash ? SNELL_ERR_ARGUMENT : SNELL_OK);
+                (clash ? refused++ : taken++);
+                if (!clash) continue;
+                assert_non_null(strstr(error_last()->text, info->fields[i].name));
+                assert_non_null(strstr(error_last()->text, info->fields[k].name));
+            }
+    }
+    assert_true(refused >= 20 && taken > refused);
+}
+
 static void references_must_exist(void **state) {
     description *d = *state;
     snell_param color = {.name = "color", .kind = SNELL_PARAM_TEXTURE, .value.texture = {1, 0}};
@@ -275,6 +337,7 @@ int main(void) {
         FRESH(objects_are_numbered_and_keep_their_source),
         FRESH(names_are_unique_in_a_category),
         FRESH(faults_are_refused_and_leave_nothing),
+        FRESH(only_one_of_two_ways),
         FRESH(references_must_exist),
         FRESH(a_glaze_lies_on_a_plain_material),
         FRESH(settings_come_once),

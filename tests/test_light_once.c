@@ -62,6 +62,21 @@ static void follow_material_on(wave *w, const path_ray *r, const shade_point *p,
 static const integrator only_material_deep = {
     .name = "material", .one_branch = true, .hit = follow_material_on, .miss = emit_background};
 
+/* Samples of lights alone, through whatever lets light pass; of what can be met at all. */
+static void only_sample_lights(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {
+    const scene *s = wave_scene(w);
+    for (uint32_t i = 0; i < scene_light_count(s); i++) {
+        light_sample from;
+        sample2 u = wave_draw_child(w, r, i, SAMPLE_LIGHT);
+        if (!scene_sample_light(s, i, p->p, wave_eye(w), 0, u, &from) || !(from.pdf > 0)) continue;
+        dvec3 radiance = light_reflected(p, b, LOBES_LIT, &from);
+        emit_shadow_ray(w, r, p, &from, dvec3_scale(radiance, 1 / from.pdf));
+    }
+}
+
+static const integrator only_lights = {
+    .name = "lights", .one_branch = true, .hit = only_sample_lights, .miss = emit_background};
+
 /* ---- parameters of everything ---- */
 
 static snell_param number_of(const char *name, double x) {
@@ -449,6 +464,24 @@ static void light_passes_once(void **state) {
     }
 }
 
+/* A pane that a path goes straight through takes nothing of its depth: at the depth 1 light through
+ * panes was lost, by as much as light sampling left to what the path meets. */
+static void panes_cost_no_depth(void **state) {
+    (void)state;
+    for (int panes = 1; panes <= 3; panes++) {
+        build_between(4, SNELL_LAMBERT_SHADOW_FILTER);
+        for (int i = 1; i < panes; i++) add_pane_between(0, SNELL_LAMBERT_SHADOW_FILTER);
+        add_plane(&bench, origin, v3(0, 1, 0), add_lambert(&bench, grey(0.8)));
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        estimate expected = estimate_policy(&bench, &only_lights, v3(0, 0.2, 0.1), origin, 0, 256);
+        estimate got = estimate_light(&bench, SNELL_PATH, v3(0, 0.2, 0.1), origin, 1, 256);
+        char name[80];
+        snprintf(name, sizeof name, "through %d panes at depth 1", panes);
+        for (int k = 0; k < 3; k++)
+            family_check_same(&agreement, name, &got.channel[k], &expected.channel[k]);
+    }
+}
+
 /* What shadow rays are told of a surface adds nothing to what paths meet, and takes nothing from it:
  * light through glass without a shadow was counted twice, through a card of full shadow in part. */
 static void shadow_words_change_no_area_light(void **state) {
@@ -521,6 +554,7 @@ int main(void) {
         cmocka_unit_test(every_shape_shines),
         cmocka_unit_test(all_lights_together),
         cmocka_unit_test(light_passes_once),
+        cmocka_unit_test(panes_cost_no_depth),
         cmocka_unit_test(shadow_words_change_no_area_light),
         cmocka_unit_test(centers_are_one_light),
         cmocka_unit_test(all_agree),

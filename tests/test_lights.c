@@ -2,6 +2,7 @@
  * And the tree that chooses among many. */
 #include <string.h>
 
+#include "lights/sphere_map.h"
 #include "lights/tree.h"
 #include "policy_test.h"
 
@@ -584,6 +585,36 @@ static void a_room(void **state) {
     assert_true(ratio > 10);
 }
 
+/* ---- surveys of the surroundings ---- */
+
+static dvec3 patchy(const void *user, dvec3 d) {
+    (void)user;
+    return (dvec3){fabs(d.x) + 3 * (d.y > 0.9), d.y * d.y, d.z > 0 ? d.z : 0.1};
+}
+
+/* The rows are looked at by several threads; sums are made in one order. */
+static void surveys_do_not_depend_on_threads(void **state) {
+    (void)state;
+    const sphere_grid grids[] = {{64, 32, 2, true}, {700, 900, 3, false}, {1, 1, 4, true}};
+    for (int g = 0; g < 3; g++) {
+        sphere_map maps[2];
+        for (int k = 0; k < 2; k++) {
+            thread_pool *pool;
+            MUST(thread_pool_create(k ? 3 : 1, &pool));
+            MUST(sphere_map_build(&grids[g], pool, patchy, NULL, &maps[k]));
+            thread_pool_destroy(pool);
+        }
+        size_t w = grids[g].width, h = grids[g].height;
+        assert_memory_equal(maps[0].rows, maps[1].rows, (h + 1) * sizeof(double));
+        assert_memory_equal(maps[0].cells, maps[1].cells, h * (w + 1) * sizeof(double));
+        assert_memory_equal(maps[0].harmonics, maps[1].harmonics, sizeof maps[0].harmonics);
+        assert_true(maps[0].brightest == maps[1].brightest && maps[0].mean.x == maps[1].mean.x);
+        assert_true(g == 2 || maps[0].brightest > 3);
+        sphere_map_free(&maps[0]);
+        sphere_map_free(&maps[1]);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(power_is_what_arrives),
@@ -595,6 +626,7 @@ int main(void) {
         cmocka_unit_test(the_tree_draws_by_its_chances),
         cmocka_unit_test(a_thousand_lights),
         cmocka_unit_test(a_room),
+        cmocka_unit_test(surveys_do_not_depend_on_threads),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }

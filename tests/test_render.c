@@ -174,6 +174,20 @@ static void streams_differ_and_are_uniform(void **state) {
     assert_true(fabs(xy) < 5 * root / 12 && fabs(neighbours) < 5 * root / 12);
 }
 
+/* What the header says without the library is what the library says. */
+static void a_render_begins_with_the_defaults(void **state) {
+    (void)state;
+    rig_clear(&bench);
+    snell_render_desc said = SNELL_INIT(render_desc), found;
+    MUST(snell_scene_settings(bench.scene, 0, &found));
+    assert_int_equal(said.struct_size, sizeof said);
+    assert_true(said.integrator == found.integrator && said.samples == found.samples);
+    assert_true(said.width == found.width && said.height == found.height);
+    assert_true(said.max_depth == found.max_depth && said.min_weight == found.min_weight);
+    assert_true(said.filter == found.filter && said.filter_radius == found.filter_radius);
+    assert_true(!said.pixel_center && !said.transparent && said.seed == found.seed);
+}
+
 /* ---- dropped weight and depth ---- */
 
 static void mirrors_facing_each_other(double reflectance, double sky) {
@@ -216,6 +230,45 @@ static void what_is_dropped_is_reported(void **state) {
         desc.max_depth = depth;
         MUST(snell_render(bench.scene, &desc, bench.film));
         assert_int_equal(stats_of(&bench).rays_reflected, 12 * depth);
+    }
+}
+
+/* A reflection of a thousandth of a sun of 1e4 was dropped: it is ten times white. */
+static void bright_surroundings_are_not_dropped(void **state) {
+    (void)state;
+    static const float sun[8] = {0, 0, 0, 1, 1e4f, 1e4f, 1e4f, 1};
+    for (int kind = 0; kind < 3; kind++) {
+        rig_clear(&bench);
+        snell_environment_light_desc sky = SNELL_INIT(environment_light_desc);
+        sky.radiance = flat(grey(1e4));
+        if (kind == 1) {
+            snell_image_texture_desc map = SNELL_INIT(image_texture_desc);
+            map.width = 2;
+            map.height = 1;
+            map.format = SNELL_IMAGE_TEXTURE_FORMAT_RGBA32F;
+            map.pixels = sun;
+            map.pixels_count = sizeof sun;
+            sky.radiance.value = grey(1);
+            MUST(snell_scene_add_image_texture(bench.scene, &map, &sky.radiance.texture));
+        }
+        snell_sky_light_desc day = SNELL_INIT(sky_light_desc);
+        day.scale = 1e4f;
+        if (kind == 2)
+            MUST(snell_scene_add_sky_light(bench.scene, &day, NULL));
+        else
+            MUST(snell_scene_add_environment_light(bench.scene, &sky, NULL));
+        add_plane(&bench, v3(0, 0, 0), v3(0, 0, 1), add_mirror(&bench, grey(1e-3)));
+        commit();
+        snell_render_desc desc = picture(SNELL_WHITTED, 1, 1, 4);
+        snell_view view = look(v3(-1, 0.5, 1), v3(0, 0, 0));
+        desc.view = &view;
+        MUST(snell_render(bench.scene, &desc, bench.film));
+        double all = pixel_at(&bench, 0, 0).c[0];
+        assert_true(all > 0.1);
+        if (kind == 0) ASSERT_CLOSE(all, 10, 1e-4, 0);
+        desc.min_weight = 0.002f;
+        MUST(snell_render(bench.scene, &desc, bench.film));
+        assert_true(pixel_at(&bench, 0, 0).c[0] == all);
     }
 }
 
@@ -967,7 +1020,9 @@ int main(void) {
         cmocka_unit_test_setup(no_nan_reaches_the_film, fresh),
         cmocka_unit_test_setup(prefixes_are_nets, fresh),
         cmocka_unit_test_setup(streams_differ_and_are_uniform, fresh),
+        cmocka_unit_test_setup(a_render_begins_with_the_defaults, fresh),
         cmocka_unit_test_setup(what_is_dropped_is_reported, fresh),
+        cmocka_unit_test_setup(bright_surroundings_are_not_dropped, fresh),
         cmocka_unit_test_setup(progress_comes_often_and_stops_at_once, fresh),
         cmocka_unit_test_setup(a_cancelled_film_has_whole_blocks, fresh),
         cmocka_unit_test_setup(edits_meanwhile_are_refused, fresh),

@@ -542,6 +542,34 @@ static void parts_of_a_glaze_are_checked(void **state) {
     assert_int_equal(snell_scene_add_glazed(bench.scene, &desc, &m), SNELL_ERR_ARGUMENT);
 }
 
+/* What shines or is cut out under a glaze was as if it did not and were not. */
+static void a_glaze_shows_what_its_base_sends(void **state) {
+    (void)state;
+    snell_lambert_desc base = SNELL_INIT(lambert_desc);
+    snell_glazed_desc glaze = SNELL_INIT(glazed_desc);
+    snell_material_id m;
+    base.color = flat(grey(0));
+    base.ambient = grey(0);
+    base.emission = flat(v3(3, 2, 1));
+    base.alpha = flat(grey(0.5));
+    MUST(snell_scene_add_lambert(bench.scene, &base, &glaze.base));
+    glaze.reflectance = flat(grey(0));
+    glaze.emission = flat(grey(1)); /* its own is added, its own alpha multiplied */
+    glaze.alpha = flat(grey(0.5));
+    MUST(snell_scene_add_glazed(bench.scene, &glaze, &m));
+    add_quad(&bench, v3(-1, 4, -1), v3(2, 0, 0), v3(0, 0, 2), m);
+    add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), add_lambert(&bench, grey(0.5)));
+    add_plane(&bench, v3(0, 9, 0), v3(0, -1, 0), add_glow(&bench, grey(8)));
+    commit();
+    const double shows[3] = {0.25 * 4 + 0.75 * 8, 0.25 * 3 + 0.75 * 8, 0.25 * 2 + 0.75 * 8};
+    rgb seen = trace_ray(&bench, SNELL_WHITTED, v3(0, 1, 0), v3(0, 4, 0), 1);
+    for (int k = 0; k < 3; k++) ASSERT_CLOSE(seen.c[k], shows[k], TOLERANCE, 0);
+    /* It lights the floor as a light does: from its middle, for the solid angle of the square. */
+    rgb lit = trace_ray(&bench, SNELL_WHITTED, v3(2, 3, 0), v3(0, 0, 0), 1);
+    double middle = 0.5 / PI_ * 4 * atan(1 / (4 * sqrt(18)));
+    for (int k = 0; k < 3; k++) ASSERT_CLOSE(lit.c[k], middle * 0.25 * (4 - k), TOLERANCE, 0);
+}
+
 /* ---- energy ---- */
 
 /* Inside a ball that shines with 1 everywhere, clear glass and a perfect mirror cannot be seen. */
@@ -669,6 +697,7 @@ int main(void) {
         cmocka_unit_test_setup(a_partial_mirror_is_both, fresh),
         cmocka_unit_test_setup(a_glaze_never_traces_its_base, fresh),
         cmocka_unit_test_setup(parts_of_a_glaze_are_checked, fresh),
+        cmocka_unit_test_setup(a_glaze_shows_what_its_base_sends, fresh),
         cmocka_unit_test_setup(a_white_furnace_is_white, fresh),
         cmocka_unit_test_setup(senseless_normals_give_no_nan, fresh),
         cmocka_unit_test_setup(coverage_is_not_absorbed, fresh),

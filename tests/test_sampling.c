@@ -73,8 +73,7 @@ static void triangle_and_polygon(void **state) {
     check_even(by_height, 24);
     for (int i = 0; i < 5; i++) assert_in_range(side[i], N / 5 - 20, N / 5 + 20);
     /* A disk of radius 1/2 lies within the pentagon: its share of the area. */
-    assert_true(fabs(inner / N - 0.25 * PI / warp_polygon_area(5)) < 0.01);
-    assert_true(fabs(warp_polygon_area(4) - 2) < 1e-12);
+    assert_true(fabs(inner / N - 0.25 * PI / (2.5 * fn_sin(2 * PI / 5))) < 0.01);
     sample2 corner = warp_polygon((sample2){0, 0}, 6, PI / 2);
     assert_true(fabs(corner.x) < 1e-12 && fabs(corner.y) < 1e-12);
 }
@@ -99,11 +98,9 @@ static void distributions(void **state) {
         double pdf, x = distribution1_sample(&d, (i + 0.5) / N, &cell, &pdf);
         assert_true(weights[cell] > 0 && x >= cell / 6.0 - 1e-12 && x <= (cell + 1) / 6.0 + 1e-12);
         assert_true(fabs(pdf - weights[cell] / 8 * 6) < 1e-12);
-        assert_true(fabs(distribution1_pdf(&d, x) - pdf) < 1e-12);
         counts[cell]++;
     }
     for (int i = 0; i < 6; i++) assert_true(fabs(counts[i] / N - weights[i] / 8) < 1.0 / N);
-    assert_true(distribution1_pdf(&d, 1) == 0 && distribution1_pdf(&d, -0.1) == 0);
     uint32_t cell;
     distribution1_sample(&d, 0, &cell, NULL);
     assert_int_equal(cell, 1);

@@ -504,7 +504,8 @@ static void differentials_follow_the_neighbours(void **state) {
         hit h;
         shade_point p = hit_of(s, &r, &parent.differential, &h), px = hit_of(s, &x, NULL, &h),
                     py = hit_of(s, &y, NULL, &h);
-        path_ray child = {.ray = scene_spawn_ray(&p, bounced(&p, eta), INFINITY)};
+        path_ray child = {.depth = 0};
+        scene_spawn_ray(&p, bounced(&p, eta), INFINITY, &child.ray);
         if (eta > 0)
             differential_of_interface(&parent, &p, eta, &child);
         else
@@ -531,7 +532,8 @@ static void a_flat_mirror_changes_no_footprint(void **state) {
     path_ray parent = {.ray = r, .differential = difference(&r, &x, &y), .has_differential = true};
     hit h;
     shade_point p = hit_of(s, &r, &parent.differential, &h);
-    path_ray child = {.ray = scene_spawn_ray(&p, bounced(&p, 0), INFINITY)};
+    path_ray child = {.depth = 0};
+    scene_spawn_ray(&p, bounced(&p, 0), INFINITY, &child.ray);
     differential_of_mirror(&parent, &p, &child);
     shade_point seen = hit_of(s, &child.ray, &child.differential, &h);
     ray direct = towards(behind, (dvec3){0, -1, .3});

@@ -107,7 +107,8 @@ int help_main(void) {
         snprintf(topics + used, sizeof topics - used, "%s, ", help_topics[i].name);
     }
     size_t used = strlen(topics);
-    snprintf(topics + used, sizeof topics - used, "or any one name, such as 'dielectric'");
+    snprintf(topics + used, sizeof topics - used,
+             "or any one name, such as 'dielectric' or 'roughness'");
     printf("%*s", MAIN_COLUMN, "");
     text_print_wrapped(stdout, topics, MAIN_COLUMN, MAIN_COLUMN, WIDTH);
     putchar('\n');
@@ -259,6 +260,70 @@ static bool print_types_named(const char *name) {
     return found;
 }
 
+/* ---- fields by their names ---- */
+
+static bool find_field(uint32_t type, const char *name, snell_type_info *info,
+                       snell_field_info *out) {
+    if (snell_type_get(type, info) != SNELL_OK) return false;
+    for (uint32_t i = 0; i < info->field_count; i++)
+        if (snell_type_get_field(type, i, out) == SNELL_OK && strcmp(out->name, name) == 0)
+            return true;
+    return false;
+}
+
+/* What the library says lives until it is asked again. */
+typedef struct kept_field {
+    snell_field_info field;
+    char initial[128], range[512];
+} kept_field;
+
+static void keep(const snell_field_info *field, kept_field *out) {
+    out->field = *field;
+    snprintf(out->initial, sizeof out->initial, "%s", field->default_value);
+    snprintf(out->range, sizeof out->range, "%s", field->range);
+    out->field.default_value = out->initial;
+    out->field.range = out->range;
+}
+
+static bool same_field(const snell_field_info *a, const snell_field_info *b) {
+    return strcmp(a->kind, b->kind) == 0 && strcmp(a->default_value, b->default_value) == 0 &&
+           strcmp(a->range, b->range) == 0 && strcmp(a->unit, b->unit) == 0 &&
+           strcmp(a->help, b->help) == 0 && a->required == b->required;
+}
+
+/* Once for all types in which it is the same: their names, then what it is. */
+static bool print_fields_named(const char *name) {
+    snell_type_info info;
+    snell_field_info other;
+    kept_field kept;
+    bool found = false;
+    for (uint32_t i = 0; i < snell_type_count(); i++) {
+        if (!find_field(i, name, &info, &other)) continue;
+        keep(&other, &kept);
+        bool known = false;
+        for (uint32_t k = 0; k < i && !known; k++)
+            known = find_field(k, name, &info, &other) && same_field(&kept.field, &other);
+        if (known) continue;
+        char types[1024] = "in";
+        const char *category = "";
+        for (uint32_t k = i; k < snell_type_count(); k++) {
+            if (!find_field(k, name, &info, &other) || !same_field(&kept.field, &other)) continue;
+            size_t used = strlen(types);
+            bool first = strcmp(category, info.category) != 0;
+            snprintf(types + used, sizeof types - used, "%s %s%s%s", k > i ? "," : "",
+                     first ? info.category : "", first ? " " : "", info.name);
+            category = info.category;
+        }
+        if (found) putchar('\n');
+        print_paragraph(types);
+        print_field(&kept.field);
+        found = true;
+    }
+    return found;
+}
+
+/* ---- all types of a category ---- */
+
 /* All of them with their fields. */
 static void print_types_of(const char *category) {
     bool first = true;
@@ -305,15 +370,19 @@ static void print_topic(const help_topic *topic) {
 }
 
 static int unknown_topic(const char *word) {
-    const char *names[256];
+    const char *names[1024];
     size_t count = 0;
     snell_type_info info;
+    snell_field_info field;
     char hint[160] = "'snell --help' lists the topics";
     for (size_t i = 0; i < command_table_count; i++) names[count++] = command_table[i].name;
     for (size_t i = 0; i < help_topic_count; i++) names[count++] = help_topics[i].name;
-    for (uint32_t i = 0; i < snell_type_count() && count < 256; i++) {
+    for (uint32_t i = 0; i < snell_type_count() && count < 512; i++) {
         if (snell_type_get(i, &info) == SNELL_OK) names[count++] = info.name;
     }
+    for (uint32_t i = 0; i < snell_type_count(); i++)
+        for (uint32_t k = 0; snell_type_get_field(i, k, &field) == SNELL_OK && count < 1024; k++)
+            names[count++] = field.name;
     const char *near = text_closest(word, names, count);
     if (near != NULL) snprintf(hint, sizeof hint, "did you mean 'snell help %s'?", near);
     return report_usage(hint, "there is no help on '%s'", word);
@@ -324,7 +393,7 @@ static int explain(const char *word) {
     if (command != NULL) return help_of(command);
     if (print_types_named(word)) return EXIT_DONE;
     const help_topic *topic = help_find_topic(word);
-    if (topic == NULL) return unknown_topic(word);
+    if (topic == NULL) return print_fields_named(word) ? EXIT_DONE : unknown_topic(word);
     print_topic(topic);
     return EXIT_DONE;
 }

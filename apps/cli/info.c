@@ -136,23 +136,23 @@ static void print_params(const snell_scene *scene, uint32_t count) {
 static void print_counts(const snell_scene_stats *s) {
     char a[32], b[32], c[32];
     text_format_count(s->instance_count, a);
-    text_format_count(s->primitive_count, b);
-    text_format_count(s->triangle_count, c);
-    printf("%-11s %s instance%s, %s primitive%s, %s of them triangle%s", "contents", a,
-           s->instance_count == 1 ? "" : "s", b, s->primitive_count == 1 ? "" : "s", c,
-           s->triangle_count == 1 ? "" : "s");
-    if (s->unique_triangle_count != s->triangle_count) {
-        text_format_count(s->unique_triangle_count, c);
-        printf(" (%s without instancing)", c);
+    printf("%-11s %s instance%s of %" PRIu32 " shape%s", "contents", a,
+           s->instance_count == 1 ? "" : "s", s->shape_count, s->shape_count == 1 ? "" : "s");
+    if (s->triangle_count > 0) {
+        text_format_count(s->triangle_count, a);
+        text_format_count(s->unique_triangle_count, b);
+        printf(": %s triangle%s", a, s->triangle_count == 1 ? "" : "s");
+        if (s->unique_triangle_count != s->triangle_count) printf(", %s of them stored", b);
     }
-    printf("\n%-11s shapes %" PRIu32 ", materials %" PRIu32 ", textures %" PRIu32
-           ", lights %" PRIu32 ", cameras %" PRIu32 "\n",
-           "", s->shape_count, s->material_count, s->texture_count, s->light_count,
-           s->camera_count);
+    printf("\n%-11s materials %" PRIu32 ", textures %" PRIu32 ", lights %" PRIu32
+           ", cameras %" PRIu32 "\n",
+           "", s->material_count, s->texture_count, s->light_count, s->camera_count);
     text_format_bytes(s->memory_geometry, a);
     text_format_bytes(s->memory_accel, b);
     text_format_bytes(s->memory_textures, c);
     printf("%-11s %s geometry, %s acceleration structure, %s textures\n", "memory", a, b, c);
+    text_format_bytes(s->memory_planned, a);
+    printf("%-11s %s at most, stated before the build\n", "", a);
     if (s->has_emission || s->has_background || s->has_ambient || s->has_dielectric) {
         printf("%-11s%s%s%s%s\n", "has", s->has_emission ? " emission" : "",
                s->has_background ? " background" : "", s->has_ambient ? " ambient" : "",
@@ -230,6 +230,7 @@ static void json_scene(json_t *root, const snell_scene *scene, const snell_scene
     }
     json_object_set_new(memory, "geometry", json_integer((json_int_t)s->memory_geometry));
     json_object_set_new(memory, "accel", json_integer((json_int_t)s->memory_accel));
+    json_object_set_new(memory, "planned", json_integer((json_int_t)s->memory_planned));
     json_object_set_new(memory, "textures", json_integer((json_int_t)s->memory_textures));
     json_object_set_new(root, "kind", json_string("scene"));
     json_object_set_new(root, "format", report_text(s->format));

@@ -115,6 +115,7 @@ int session_open(session *s, const options *o) {
     if (code == EXIT_DONE) code = limit_memory(s);
     if (code != EXIT_DONE) return code;
     desc.log = report_log;
+    desc.memory_max = s->memory_max;
     snell_status status = snell_context_create(&desc, &s->context);
     return status == SNELL_OK ? EXIT_DONE : report_status(status, NULL);
 }

@@ -1,4 +1,4 @@
-/* Building both levels, and handing rays to a kernel. */
+/* Building all levels, and handing rays to a kernel. */
 #include "accel/accel.h"
 
 #include <stdlib.h>
@@ -64,7 +64,7 @@ static snell_status build_trees(accel *a, const accel_options *options, build_pr
     size_t small_count = 0;
     for (size_t i = 0; i < a->geometry_count && status == SNELL_OK; i++) {
         frozen_geometry *g = &a->geometries[i];
-        if (!g->used || !has_tree(g->type)) continue;
+        if (!g->used || g->type == NULL || !has_tree(g->type)) continue;
         if (primitive_count_of(g->type, g->desc) < SMALL_TREE)
             small[small_count++] = (uint32_t)i;
         else
@@ -81,125 +81,232 @@ static snell_status build_trees(accel *a, const accel_options *options, build_pr
     return status;
 }
 
-static snell_status copy_geometries(accel *a, const accel_input *input) {
-    a->geometries = memory_zeroed(input->geometry_count, sizeof *a->geometries);
-    if (a->geometries == NULL) return SNELL_ERR_MEMORY;
-    a->geometry_count = input->geometry_count;
-    for (size_t i = 0; i < input->instance_count; i++)
-        a->geometries[input->instances[i].geometry].used = true;
-    for (size_t i = 0; i < input->geometry_count; i++) {
-        frozen_geometry *g = &a->geometries[i];
-        g->type = input->geometries[i].type;
-        g->desc = input->geometries[i].desc;
-        if (!has_tree(g->type) && !g->type->unbounded) g->bounds = g->type->bounds(g->desc);
+/* What instances draw, and how deep groups nest in them; limit: only geometries before it exist. */
+static snell_status count_shapes(const accel *a, const accel_instance *instances, size_t count,
+                                 size_t limit, uint64_t *shapes, uint32_t *depth) {
+    *shapes = 0;
+    *depth = 0;
+    if (count >= BVH_LEAF)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "more than %u instances", BVH_LEAF - 1);
+    for (size_t i = 0; i < count; i++) {
+        if (instances[i].geometry >= limit)
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "instance %zu: there is no geometry %u", i,
+                             instances[i].geometry);
+        const frozen_geometry *g = &a->geometries[instances[i].geometry];
+        *shapes += g->shape_count;
+        if (g->depth > *depth) *depth = g->depth;
+        if (*shapes >= NO_ID)
+            return error_set(SNELL_ERR_ARGUMENT, "draw fewer copies",
+                             "groups of groups draw more than %u shapes", NO_ID - 1);
     }
     return SNELL_OK;
 }
 
+static void mark_used(accel *a, const accel_instance *instances, size_t count) {
+    for (size_t i = 0; i < count; i++) a->geometries[instances[i].geometry].used = true;
+}
+
+static snell_status copy_geometries(accel *a, const accel_input *input) {
+    a->geometries = memory_zeroed(input->geometry_count, sizeof *a->geometries);
+    if (a->geometries == NULL) return error_no_memory();
+    a->geometry_count = input->geometry_count;
+    for (size_t i = 0; i < input->geometry_count; i++) {
+        const accel_geometry *from = &input->geometries[i];
+        frozen_geometry *g = &a->geometries[i];
+        *g = (frozen_geometry){.type = from->type, .desc = from->desc, .shape_count = 1};
+        if (g->type) continue;
+        snell_status status =
+            count_shapes(a, from->parts, from->part_count, i, &g->shape_count, &g->depth);
+        if (status) return status;
+        if (++g->depth > GROUP_DEPTH_MAX)
+            return error_set(SNELL_ERR_ARGUMENT, "put parts into one group",
+                             "groups are nested more than %d deep", GROUP_DEPTH_MAX);
+    }
+    uint64_t shapes;
+    uint32_t depth;
+    snell_status status = count_shapes(a, input->instances, input->instance_count,
+                                       input->geometry_count, &shapes, &depth);
+    if (status) return status;
+    mark_used(a, input->instances, input->instance_count);
+    for (size_t i = input->geometry_count; i-- > 0;) { /* groups come after what they mark */
+        frozen_geometry *g = &a->geometries[i];
+        if (g->type == NULL && g->used)
+            mark_used(a, input->geometries[i].parts, input->geometries[i].part_count);
+        if (g->used && g->type && !has_tree(g->type) && !g->type->unbounded)
+            g->bounds = g->type->bounds(g->desc);
+    }
+    return SNELL_OK;
+}
+
+/* The box in which an instance's rays may find it. Rays are rounded on their way into a group and in
+ * it: the boxes allow for that. */
+static bounds3 instance_box(const accel_instance *from, const frozen_geometry *g, bool in_group) {
+    bool widened = in_group || g->type == NULL;
+    if (from->moves) {
+        bounds3 box = motion_bounds(from->moves, g->bounds);
+        for (uint32_t i = 0; i < from->moves->count && widened; i++) {
+            const transform *to_world = &from->moves->steps[i].transform;
+            transform to_local;
+            if (transform_inverse(to_world, &to_local))
+                box = bounds3_union(box, transform_bounds_widened(to_world, &to_local, g->bounds));
+        }
+        return box;
+    }
+    if (from->identity) return g->bounds;
+    return widened ? transform_bounds_widened(&from->to_world, &from->to_local, g->bounds)
+                   : transform_bounds(&from->to_world, g->bounds);
+}
+
+static bool is_unbounded(const frozen_geometry *g) {
+    return g->type ? g->type->unbounded : g->level.unbounded_count > 0;
+}
+
 /* Also lists the boundless ones, and gives references to all others that are not empty. */
-static snell_status copy_instances(accel *a, const accel_input *input, build_reference *references,
+static snell_status copy_instances(const accel *a, const accel_instance *instances, size_t count,
+                                   bool in_group, frozen_level *level, build_reference *references,
                                    size_t *reference_count) {
-    a->instances = memory_zeroed(input->instance_count, sizeof *a->instances);
-    a->unbounded = memory_resize(NULL, input->instance_count, sizeof *a->unbounded);
-    if (a->instances == NULL || a->unbounded == NULL) return SNELL_ERR_MEMORY;
-    a->instance_count = input->instance_count;
-    for (size_t i = 0; i < input->instance_count; i++) {
-        const accel_instance *from = &input->instances[i];
+    level->instances = memory_zeroed(count, sizeof *level->instances);
+    level->unbounded = memory_resize(NULL, count, sizeof *level->unbounded);
+    if (level->instances == NULL || level->unbounded == NULL) return SNELL_ERR_MEMORY;
+    level->instance_count = count;
+    uint64_t first = 0;
+    for (size_t i = 0; i < count; i++) {
+        const accel_instance *from = &instances[i];
         const frozen_geometry *g = &a->geometries[from->geometry];
-        bool in_parts = has_tree(g->type) && !is_mesh(g->type);
-        a->instances[i] = (frozen_instance){.type = g->type,
-                                            .desc = g->desc,
-                                            .mesh = is_mesh(g->type) ? &g->tree : NULL,
-                                            .parts = in_parts ? &g->tree : NULL,
-                                            .mask = from->mask,
-                                            .identity = from->identity,
-                                            .flat = g->type->flat,
-                                            .bounds = g->bounds,
-                                            .moves = from->moves,
-                                            .to_local = from->to_local};
-        if (g->type->unbounded) {
-            a->unbounded[a->unbounded_count++] = (uint32_t)i;
+        bool is_group = g->type == NULL;
+        bool in_parts = !is_group && has_tree(g->type) && !is_mesh(g->type);
+        level->instances[i] =
+            (frozen_instance){.type = g->type,
+                              .desc = g->desc,
+                              .mesh = !is_group && is_mesh(g->type) ? &g->tree : NULL,
+                              .parts = in_parts ? &g->tree : NULL,
+                              .group = is_group ? &g->level : NULL,
+                              .mask = from->mask,
+                              .first = (uint32_t)first,
+                              .identity = from->identity,
+                              .flat = !is_group && g->type->flat,
+                              .bounds = g->bounds,
+                              .moves = from->moves,
+                              .to_local = from->to_local};
+        first += g->shape_count;
+        if (is_unbounded(g)) {
+            level->unbounded[level->unbounded_count++] = (uint32_t)i;
             continue;
         }
-        bounds3 box = from->moves      ? motion_bounds(from->moves, g->bounds)
-                      : from->identity ? g->bounds
-                                       : transform_bounds(&from->to_world, g->bounds);
+        bounds3 box = instance_box(from, g, in_group);
         if (!bounds3_is_empty(box))
             references[(*reference_count)++] = (build_reference){box.min, (uint32_t)i, box.max, 0};
     }
     return SNELL_OK;
 }
 
-static snell_status build_top(accel *a, const accel_input *input, const accel_options *options,
-                              build_progress *progress, thread_pool *pool) {
-    build_reference *references = memory_resize(NULL, input->instance_count, sizeof *references);
+/* The world, or a group whose geometries are built. */
+static snell_status build_level(const accel *a, const accel_instance *instances,
+                                size_t instance_count, bool in_group, const accel_options *options,
+                                build_progress *progress, thread_pool *pool, frozen_level *out) {
+    build_reference *references = memory_resize(NULL, instance_count, sizeof *references);
     size_t count = 0;
     snell_status status =
-        references ? copy_instances(a, input, references, &count) : SNELL_ERR_MEMORY;
+        references ? copy_instances(a, instances, instance_count, in_group, out, references, &count)
+                   : SNELL_ERR_MEMORY;
     if (status == SNELL_OK && count > 0) {
         build_job job = {references, count, NULL, 1, options ? options->seed : 0, progress};
-        status = build_tree(&job, pool, true, &a->top);
+        status = build_tree(&job, pool, true, &out->top);
     }
-    if (count == 0) a->top.bounds = bounds3_empty();
+    if (count == 0) out->top.bounds = bounds3_empty();
     free(references);
+    return status;
+}
+
+/* Each stands on geometries before it. */
+static snell_status build_groups(accel *a, const accel_input *input, const accel_options *options,
+                                 build_progress *progress, thread_pool *pool) {
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < a->geometry_count && !status; i++) {
+        frozen_geometry *g = &a->geometries[i];
+        const accel_geometry *from = &input->geometries[i];
+        if (g->type != NULL || !g->used) continue;
+        status =
+            build_level(a, from->parts, from->part_count, true, options, progress, pool, &g->level);
+        g->bounds = g->level.top.bounds;
+    }
     return status;
 }
 
 static snell_status build_all(accel *a, const accel_input *input, const accel_options *options,
                               thread_pool *pool) {
     build_progress progress = {.options = options, .total = input->instance_count};
-    snell_status status = copy_geometries(a, input);
-    for (size_t i = 0; i < a->geometry_count && status == SNELL_OK; i++)
-        if (a->geometries[i].used && has_tree(a->geometries[i].type))
-            progress.total += primitive_count_of(a->geometries[i].type, a->geometries[i].desc);
-    if (status == SNELL_OK && !build_progress_report(&progress)) status = SNELL_CANCELLED;
+    for (size_t i = 0; i < a->geometry_count; i++) {
+        const frozen_geometry *g = &a->geometries[i];
+        if (!g->used) continue;
+        if (g->type == NULL)
+            progress.total += input->geometries[i].part_count;
+        else if (has_tree(g->type))
+            progress.total += primitive_count_of(g->type, g->desc);
+    }
+    snell_status status = build_progress_report(&progress) ? SNELL_OK : SNELL_CANCELLED;
     if (status == SNELL_OK) status = build_trees(a, options, &progress, pool);
-    if (status == SNELL_OK) status = build_top(a, input, options, &progress, pool);
+    if (status == SNELL_OK) status = build_groups(a, input, options, &progress, pool);
+    if (status == SNELL_OK)
+        status = build_level(a, input->instances, input->instance_count, false, options, &progress,
+                             pool, &a->world);
     return status;
 }
 
 snell_status accel_build(const accel_input *input, const accel_options *options, thread_pool *pool,
                          accel **out) {
-    if (input->instance_count >= BVH_LEAF || input->geometry_count >= UINT32_MAX)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "more than %u instances", BVH_LEAF - 1);
-    for (size_t i = 0; i < input->instance_count; i++)
-        if (input->instances[i].geometry >= input->geometry_count)
-            return error_set(SNELL_ERR_ARGUMENT, NULL, "instance %zu: there is no geometry %u", i,
-                             input->instances[i].geometry);
+    if (input->geometry_count >= UINT32_MAX)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "more than %u shapes", UINT32_MAX - 1);
     accel *a = memory_zeroed(1, sizeof *a);
     if (a == NULL) return error_no_memory();
-    snell_status status = build_all(a, input, options, pool);
+    snell_status status = copy_geometries(a, input);
+    if (status == SNELL_OK) {
+        status = build_all(a, input, options, pool);
+        if (status == SNELL_ERR_MEMORY) error_no_memory();
+        if (status == SNELL_CANCELLED) error_set(status, NULL, "the build was cancelled");
+    }
     if (status != SNELL_OK) {
         accel_destroy(a);
-        return status == SNELL_ERR_MEMORY ? error_no_memory()
-                                          : error_set(status, NULL, "the build was cancelled");
+        return status;
     }
     *out = a;
     return SNELL_OK;
 }
 
+static void free_level(frozen_level *level) {
+    build_tree_free(&level->top);
+    free(level->instances);
+    free(level->unbounded);
+}
+
 void accel_destroy(accel *a) {
     if (a == NULL) return;
-    for (size_t i = 0; i < a->geometry_count; i++) build_tree_free(&a->geometries[i].tree);
-    build_tree_free(&a->top);
+    for (size_t i = 0; i < a->geometry_count; i++) {
+        build_tree_free(&a->geometries[i].tree);
+        free_level(&a->geometries[i].level);
+    }
+    free_level(&a->world);
     free(a->geometries);
-    free(a->instances);
-    free(a->unbounded);
     free(a);
 }
 
-bounds3 accel_bounds(const accel *a) { return a->top.bounds; }
+bounds3 accel_bounds(const accel *a) { return a->world.top.bounds; }
+
+static void add_level_memory(accel_memory *m, const frozen_level *level) {
+    m->node_bytes += level->top.node_count * sizeof *level->top.nodes;
+    m->other_bytes += level->instance_count * (sizeof *level->instances + sizeof *level->unbounded);
+}
 
 accel_memory accel_get_memory(const accel *a) {
-    accel_memory m = {.node_bytes = a->top.node_count * sizeof *a->top.nodes,
-                      .other_bytes =
-                          sizeof *a + a->geometry_count * sizeof *a->geometries +
-                          a->instance_count * (sizeof *a->instances + sizeof *a->unbounded)};
+    accel_memory m = {.other_bytes = sizeof *a + a->geometry_count * sizeof *a->geometries};
+    add_level_memory(&m, &a->world);
     for (size_t i = 0; i < a->geometry_count; i++) {
         const frozen_geometry *g = &a->geometries[i];
         m.node_bytes += g->tree.node_count * sizeof *g->tree.nodes;
         m.triangle_bytes += g->tree.block_count * sizeof *g->tree.blocks;
-        if (g->used && is_mesh(g->type)) m.triangle_count += mesh_triangle_count(g->desc);
+        add_level_memory(&m, &g->level);
+        if (g->used && g->type && is_mesh(g->type))
+            m.triangle_count += mesh_triangle_count(g->desc);
     }
     return m;
 }

@@ -1,11 +1,11 @@
-/* The acceleration structure: a two-level BVH over instances of shapes, and the kernels that trace
- * it.
+/* The acceleration structure: a BVH over instances of shapes and of groups of them, and the kernels
+ * that trace it.
  *
  * Frozen after accel_build: any number of threads may trace. Same input, same picture: which hit
  * wins depends only on the hit rule, never on the tree's shape, the instruction set or the order of
  * visits:
  *   - accept a primitive if its own test says so and the ray passes its own box (and its instance's
- *     box, in the world) by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as
+ *     box, in the world or in its group, and those of the groups' instances around it) by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as
  *     passing and the exit is widened by a few roundings (BOX_EXIT_SCALE in layout.h says why);
  *     then t = max(t, entries of those boxes);
  *   - nearest t wins; equal t goes to the lowest (instance, primitive);
@@ -20,9 +20,19 @@
 
 typedef struct accel accel;
 
+/* A ray goes down into groups in double, and is rounded to float for the boxes and shapes of each
+ * level: dvec3 o, d; then o = to_local o for each instance on the way.
+ *
+ * Numbers of instances (hit.instance, ray.skip_instance ..) count shapes as if all groups were
+ * flattened, depth first: a group's instance has as many as the group draws. */
+struct accel_instance;
+
+/* A shape, or a group of instances of geometries before it. */
 typedef struct accel_geometry {
-    const primitive_type *type;
-    const void *desc; /* borrowed: must outlive the accel */
+    const primitive_type *type;         /* NULL: a group */
+    const void *desc;                   /* borrowed: must outlive the accel */
+    const struct accel_instance *parts; /* of a group; copied */
+    size_t part_count;
 } accel_geometry;
 
 typedef struct accel_instance {
@@ -37,7 +47,7 @@ typedef struct accel_instance {
 typedef struct accel_input {
     const accel_geometry *geometries;
     size_t geometry_count;
-    const accel_instance *instances; /* copied; the index is hit.instance */
+    const accel_instance *instances; /* copied */
     size_t instance_count;
 } accel_input;
 

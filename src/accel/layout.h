@@ -1,13 +1,14 @@
 /* What a built acceleration structure looks like in memory: read by the kernels, written by the
  * build.
  *
- *     top level: nodes over instances ──▶ instance ──▶ analytic shape: its `intersect`
+ *     the world: nodes over instances ──▶ instance ──▶ analytic shape: its `intersect`
  *                                            ├───────▶ mesh: nodes over triangles ──▶ blocks of 8
- *                                            └───────▶ parts: nodes over them ──▶ `intersect` of each
+ *                                            ├───────▶ parts: nodes over them ──▶ `intersect` of each
+ *                                            └───────▶ group: again nodes over instances
  *
- * All levels have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set: then
- * it is an instance's or a part's index (always one, so that the child's box is its box) or a block's
- * index and its number of triangles less one. */
+ * All have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set: then it is
+ * an instance's or a part's index (always one, so that the child's box is its box) or a block's index
+ * and its number of triangles less one. */
 #ifndef SNELL_ACCEL_LAYOUT_H
 #define SNELL_ACCEL_LAYOUT_H
 
@@ -56,33 +57,46 @@ typedef struct bvh_tree {
     bounds3 bounds;
 } bvh_tree;
 
-typedef struct frozen_geometry {
-    const primitive_type *type;
-    const void *desc;
-    bounds3 bounds;
-    bvh_tree tree; /* of a mesh, or over parts */
-    bool used;
-} frozen_geometry;
+struct frozen_level;
 
 typedef struct frozen_instance {
-    const primitive_type *type;
+    const primitive_type *type; /* NULL: a group */
     const void *desc;
-    const bvh_tree *mesh, *parts; /* NULL, both: a shape of one part, which tests itself */
+    const bvh_tree *mesh,
+        *parts; /* NULL, both: a shape of one part, which tests itself; or a group */
+    const struct frozen_level *group; /* NULL: a shape */
     uint32_t mask;
+    uint32_t first; /* number of the first shape in here, counted in its level */
     bool identity, flat;
     bounds3 bounds;      /* the shape's, in its own space */
     const motion *moves; /* NULL: to_local holds at all times */
     transform to_local;
 } frozen_instance;
 
-struct accel {
-    frozen_geometry *geometries;
-    size_t geometry_count;
+/* Instances under one tree: the world, or a group. */
+typedef struct frozen_level {
     frozen_instance *instances;
     size_t instance_count;
     uint32_t *unbounded; /* instances without a box, ascending */
     size_t unbounded_count;
     bvh_tree top; /* node_count 0: no bounded instance */
+} frozen_level;
+
+typedef struct frozen_geometry {
+    const primitive_type *type; /* NULL: a group */
+    const void *desc;
+    bounds3 bounds;
+    bvh_tree tree; /* of a mesh, or over parts */
+    frozen_level level;
+    uint64_t shape_count; /* how many shapes it draws: 1, or those of a group and of its groups */
+    uint32_t depth;       /* of groups in groups: 0 for a shape */
+    bool used;
+} frozen_geometry;
+
+struct accel {
+    frozen_geometry *geometries;
+    size_t geometry_count;
+    frozen_level world;
 };
 
 #endif

@@ -35,6 +35,7 @@ snell_status snell_context_create(const snell_context_desc *desc, snell_context 
         return status;
     }
     pthread_mutex_init(&c->log_lock, NULL);
+    c->memory_max = desc->memory_max;
     c->isa = accel_best_isa(desc->isa_max);
     c->user_log = (log_sink){desc->log, desc->user};
     if (desc->log) c->log = (log_sink){write_log, c};

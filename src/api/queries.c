@@ -15,12 +15,16 @@ static void convert_hit(const snell_scene *s, const ray *r, const hit *in, snell
     if (in->instance == NO_ID) return;
     shade_point p;
     scene_shade_point(s->frozen, r, in, &p);
-    uint32_t index = s->frozen->instance_ids[in->instance];
+    const scene *frozen = s->frozen;
+    shape_path path;
+    scene_find_path(frozen, in->instance, r->time, &path);
+    uint32_t index = frozen->instance_ids[path.levels[0] - frozen->instances];
     out->t = in->t;
     out->u = in->u;
     out->v = in->v;
     out->primitive = in->primitive;
     out->instance = (snell_instance_id){index + 1, s->description->instances[index].generation};
+    out->number = in->instance;
     out->normal = vec3_from(p.outside ? p.n : dvec3_negate(p.n));
 }
 
@@ -51,6 +55,31 @@ snell_status snell_scene_intersect(const snell_scene *s, const snell_ray *rays, 
     floatenv_leave(saved);
     scene_end_read(s);
     return SNELL_OK;
+}
+
+snell_status snell_scene_get_path(const snell_scene *s, const snell_hit *found,
+                                  snell_instance_id *path, uint32_t *count) {
+    if (found == NULL || path == NULL || count == NULL)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_read(s);
+    if (status) return status;
+    const scene *frozen = s->frozen;
+    *count = 0;
+    if (found->instance.index1 == 0 || found->number >= frozen->shape_count) {
+        status = error_set(SNELL_ERR_ARGUMENT, "pass what snell_scene_intersect wrote",
+                           "a miss, or a hit of another commit");
+    } else {
+        shape_path way;
+        scene_find_path(frozen, found->number, 0, &way);
+        for (uint32_t i = 0; i < way.count; i++) {
+            uint32_t id = frozen->instance_ids[way.levels[i] - frozen->instances];
+            if (id != NO_ID)
+                path[(*count)++] =
+                    (snell_instance_id){id + 1, s->description->instances[id].generation};
+        }
+    }
+    scene_end_read(s);
+    return status;
 }
 
 typedef struct query {

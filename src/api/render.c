@@ -5,6 +5,8 @@
 #include <string.h>
 
 #include "api/api.h"
+
+#include <stdio.h>
 #include "base/memory.h"
 #include "image/write.h"
 #include "render/notes.h"
@@ -32,6 +34,28 @@ static bool has_clear_background(const description *d) {
     return background && ((const background_desc *)background->desc)->alpha < 1;
 }
 
+/* A scene's samples and depth are meant for its own integrator. The note has the line of render{}. */
+static void say_meant_for(const snell_scene *s, const render_desc *r, const integrator *own,
+                          const integrator *policy, uint32_t depth) {
+    char text[128];
+    bool samples = r->samples > 0, both = samples && r->max_depth >= 0;
+    if (both)
+        snprintf(text, sizeof text, "samples %d and max_depth %d", r->samples, r->max_depth);
+    else if (samples)
+        snprintf(text, sizeof text, "samples %d", r->samples);
+    else if (r->max_depth >= 0)
+        snprintf(text, sizeof text, "max_depth %d", r->max_depth);
+    else
+        return;
+    char instead[32];
+    snprintf(instead, sizeof instead, both ? "%u and %u" : "%u", samples ? policy->samples : depth,
+             depth);
+    const object *said = description_setting(s->description, "render");
+    log_write(&s->context->log, SNELL_INFO, (source_place){said->file, said->line, 0}, "",
+              "the scene's %s %s meant for %s: %s takes its own, %s", text, samples ? "are" : "is",
+              own->name, policy->name, instead);
+}
+
 static snell_status settings(const snell_scene *s, snell_integrator which, snell_render_desc *out) {
     render_desc defaults;
     desc_init(&setting_render, &defaults);
@@ -42,12 +66,12 @@ static snell_status settings(const snell_scene *s, snell_integrator which, snell
     const integrator *policy = NULL;
     snell_status status = find_integrator(which, &policy);
     if (status) return status;
-    /* A scene's samples and depth are meant for its own integrator. */
     bool glass = description_has_dielectric(s->description), own_depth = same && r->max_depth >= 0;
     uint32_t depth = glass ? policy->max_depth_media : policy->max_depth;
     if (!own_depth && depth != policy->max_depth)
         log_write(&s->context->log, SNELL_INFO, (source_place){0}, "",
                   "max_depth is %u, not %u: the scene has glass", depth, policy->max_depth);
+    if (!same) say_meant_for(s, r, integrators[r->integrator - 1], policy, depth);
     *out = (snell_render_desc){
         .struct_size = sizeof *out,
         .integrator = which,
@@ -163,6 +187,14 @@ static snell_status open_shutter(const snell_scene *s, const camera_common *came
     return motion_prepare(camera->motion, camera->motion_count, times[0], times[1], moved);
 }
 
+/* What a ray met of a solid that cannot be held is not in the picture. */
+static snell_status check_solids(const scene *frozen) {
+    if (!atomic_load(&frozen->solids->spent)) return SNELL_OK;
+    return error_set(SNELL_ERR_UNSUPPORTED, "make it of several solids, or of simpler shapes",
+                     "a ray meets more than %d stretches of what a solid is made of",
+                     SOLID_SPANS_MAX);
+}
+
 static snell_status render_with(const snell_scene *s, const snell_render_desc *r,
                                 const camera_type *camera, const void *camera_desc,
                                 const integrator *policy, snell_film *out) {
@@ -208,6 +240,7 @@ static snell_status render_with(const snell_scene *s, const snell_render_desc *r
         .user = r->user};
     keep_look(s, out);
     status = render_film(&options, s->context->pool, &out->film, &out->stats);
+    if (!status) status = check_solids(frozen);
     if (out->stats.film_overflows > 0)
         log_write(&s->context->log, SNELL_WARNING, (source_place){0},
                   "lights and emission should be under 1e13",

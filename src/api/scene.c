@@ -216,6 +216,43 @@ snell_status snell_scene_add_instance(snell_scene *s, snell_shape_id shape,
     return status;
 }
 
+snell_status snell_scene_add_user_shape(snell_scene *s, const snell_user_shape_desc *desc,
+                                        const char *name, snell_shape_id *out) {
+    if (desc == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "user shape: desc is NULL");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    uint32_t index = 0;
+    status = description_add_user(s->description, desc, (object_source){.name = name}, &index);
+    if (!status && out) *out = (snell_shape_id){index + 1, 0};
+    scene_end_edit(s);
+    return status;
+}
+
+snell_status snell_scene_add_group(snell_scene *s, const snell_instance_id *parts, size_t count,
+                                   const char *name, snell_shape_id *out) {
+    if (parts == NULL && count > 0) return error_set(SNELL_ERR_ARGUMENT, NULL, "parts is NULL");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    const description *d = s->description;
+    uint32_t *indices = memory_resize(NULL, count, sizeof *indices), index = 0;
+    if (indices == NULL) status = error_no_memory();
+    for (size_t i = 0; i < count && !status; i++) {
+        uint32_t at = parts[i].index1 - 1; /* 0 becomes too large */
+        if (at >= d->instance_count || d->instances[at].generation != parts[i].generation)
+            status = error_set(SNELL_ERR_ARGUMENT, "instances of this scene",
+                               "group: part %zu does not exist", i + 1);
+        else
+            indices[i] = at;
+    }
+    if (!status)
+        status = description_add_group(s->description, indices, count,
+                                       (object_source){.name = name}, &index);
+    free(indices);
+    if (!status && out) *out = (snell_shape_id){index + 1, 0};
+    scene_end_edit(s);
+    return status;
+}
+
 static snell_status find_instance(snell_scene *s, snell_instance_id id, instance **out) {
     description *d = s->description;
     if (id.index1 == 0 || id.index1 > d->instance_count || d->instances[id.index1 - 1].removed ||
@@ -365,17 +402,33 @@ static bool report_build(void *user, double fraction) {
     return p->progress(p->user, &progress);
 }
 
+/* A solid without a point is most likely a mistake. */
+static void warn_of_empty(const snell_scene *s) {
+    const solid_set *set = s->frozen->solids;
+    for (size_t i = 0; i < set->shape_count; i++) {
+        if (set->solids[i] == NULL || !bounds3_is_empty(set->solids[i]->bounds)) continue;
+        const object *o = &s->description->objects[CATEGORY_SHAPE].items[i];
+        char label[128];
+        description_object_label(s->description, CATEGORY_SHAPE, (uint32_t)i, label, sizeof label);
+        log_write(&s->context->log, SNELL_WARNING, (source_place){o->file, o->line, 0},
+                  "its shapes have nothing in common", "%s is empty: nothing of it is drawn",
+                  label);
+    }
+}
+
 snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
     commit_progress forward = {progress, user};
     scene_options options = {
-        .accel = {.progress = progress ? report_build : NULL, .user = &forward}};
+        .accel = {.progress = progress ? report_build : NULL, .user = &forward},
+        .memory_max = s->context->memory_max};
     scene *frozen;
     status = scene_freeze(s->description, &options, s->context->pool, &frozen);
     if (!status) {
         scene_destroy(s->frozen);
         s->frozen = frozen;
+        warn_of_empty(s);
     }
     scene_end_edit(s);
     return status;
@@ -406,22 +459,53 @@ static uint64_t array_bytes(const object *o) {
     return sum;
 }
 
-static void count_instances(const description *d, snell_scene_stats *out) {
-    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    for (size_t i = 0; i < d->instance_count; i++) {
-        if (d->instances[i].removed) continue;
-        const object *shape = &shapes->items[d->instances[i].shape];
+typedef struct drawn {
+    uint64_t shapes, primitives, triangles;
+} drawn;
+
+/* What a list draws; groups: what those of earlier shapes draw. Counts end at 2^60. */
+static drawn count_list(const description *d, const part_lists *lists, size_t list,
+                        const drawn *groups) {
+    const uint64_t most = 1ull << 60;
+    drawn all = {0, 0, 0};
+    for (uint32_t i = lists->begin[list]; i < lists->begin[list + 1]; i++) {
+        uint32_t index = d->instances[lists->parts[i]].shape;
+        const object *shape = &d->objects[CATEGORY_SHAPE].items[index];
         const primitive_type *type = (const primitive_type *)shape->type;
-        uint64_t count = primitive_count_of(type, shape->desc);
-        out->instance_count++;
-        out->triangle_count += type->intersect ? 0 : count;
-        out->primitive_count += count;
+        uint64_t count = type == &primitive_solid ? shape_part_count(d, index)
+                                                  : primitive_count_of(type, shape->desc);
+        drawn one = {1, count, type == &primitive_mesh ? count : 0};
+        if (object_is_group(shape)) one = groups[index];
+        all.shapes = all.shapes + one.shapes < most ? all.shapes + one.shapes : most;
+        all.primitives =
+            all.primitives + one.primitives < most ? all.primitives + one.primitives : most;
+        all.triangles = all.triangles + one.triangles < most ? all.triangles + one.triangles : most;
     }
-    for (size_t i = 0; i < shapes->count; i++) {
-        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL)
+    return all;
+}
+
+static snell_status count_instances(const description *d, snell_scene_stats *out) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    part_lists lists;
+    snell_status status = part_lists_make(d, &lists);
+    drawn *groups = memory_zeroed(shapes->count, sizeof *groups);
+    if (!status && !groups) status = error_no_memory();
+    if (!status) {
+        for (size_t g = 0; g < shapes->count; g++)
+            if (object_is_group(&shapes->items[g])) groups[g] = count_list(d, &lists, g, groups);
+        drawn all = count_list(d, &lists, shapes->count, groups);
+        out->instance_count = all.shapes;
+        out->primitive_count = all.primitives;
+        out->triangle_count = all.triangles;
+    }
+    free(groups);
+    part_lists_free(&lists);
+    for (size_t i = 0; i < shapes->count && !status; i++) {
+        if (shapes->items[i].type == &primitive_mesh.info)
             out->unique_triangle_count += mesh_triangle_count(shapes->items[i].desc);
         out->memory_geometry += array_bytes(&shapes->items[i]);
     }
+    return status;
 }
 
 bool description_has_dielectric(const description *d) {
@@ -461,16 +545,18 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
                                .has_dielectric = description_has_dielectric(d),
                                .has_background = description_setting(d, "background") != NULL,
                                .has_ambient = description_setting(d, "ambient") != NULL};
-    count_instances(d, out);
+    status = count_instances(d, out);
+    out->memory_planned = scene_plan_memory(d);
     for (size_t i = 0; i < d->objects[CATEGORY_TEXTURE].count; i++)
         out->memory_textures += array_bytes(&d->objects[CATEGORY_TEXTURE].items[i]);
     if (s->frozen) {
         accel_memory memory = accel_get_memory(s->frozen->accel);
         out->memory_textures += scene_texture_memory(s->frozen);
-        out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
+        out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes +
+                            solid_set_memory(s->frozen->solids);
     }
     scene_end_read(s);
-    return SNELL_OK;
+    return status;
 }
 
 static snell_status get_object(const snell_scene *s, category what, uint32_t index,

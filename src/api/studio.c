@@ -1,23 +1,41 @@
 /* What a file that brings none gets: a camera, a rig of lights, a sky to reflect, a floor. */
 #include <stdio.h>
+#include <stdlib.h>
 
 #include "api/api.h"
+#include "base/memory.h"
 #include "maths/functions.h"
 #include "scene/settings.h"
 
-bounds3 description_bounds(const description *d) {
+/* groups: those of earlier shapes that are groups. */
+static bounds3 list_bounds(const description *d, const part_lists *lists, size_t list,
+                           const bounds3 *groups) {
     bounds3 all = bounds3_empty();
-    for (size_t i = 0; i < d->instance_count; i++) {
-        const instance *at = &d->instances[i];
-        if (at->removed) continue;
+    for (uint32_t i = lists->begin[list]; i < lists->begin[list + 1]; i++) {
+        const instance *at = &d->instances[lists->parts[i]];
         const object *shape = &d->objects[CATEGORY_SHAPE].items[at->shape];
-        const primitive_type *type = (const primitive_type *)shape->type;
-        if (type->unbounded) continue;
-        bounds3 own = type->bounds(shape->desc);
+        transform identity = transform_identity();
+        bounds3 own =
+            object_is_group(shape) ? groups[at->shape] : shape_bounds(d, at->shape, &identity);
+        if (!bounds_are_finite(own)) continue;
         all = bounds3_union(all, transform_bounds(&at->to_world, own));
         for (size_t k = 1; k < at->key_count; k++)
             all = bounds3_union(all, transform_bounds(&at->keys[k].transform, own));
     }
+    return all;
+}
+
+bounds3 description_bounds(const description *d) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    bounds3 all = bounds3_empty();
+    part_lists lists;
+    snell_status status = part_lists_make(d, &lists);
+    bounds3 *groups = memory_zeroed(shapes->count, sizeof *groups);
+    for (size_t g = 0; g < shapes->count && groups && !status; g++)
+        if (object_is_group(&shapes->items[g])) groups[g] = list_bounds(d, &lists, g, groups);
+    if (groups && !status) all = list_bounds(d, &lists, shapes->count, groups);
+    free(groups);
+    part_lists_free(&lists);
     return all;
 }
 

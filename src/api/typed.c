@@ -584,6 +584,53 @@ snell_status snell_scene_add_lathe(snell_scene *s, const snell_lathe_desc *desc,
     return status;
 }
 
+_Static_assert(sizeof(snell_capsule_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_capsule_desc, from) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_capsule_desc, to) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_capsule_desc, radius) == 32, "run tools/update_api");
+snell_status snell_scene_add_capsule(snell_scene *s, const snell_capsule_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "capsule", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_ellipsoid_desc) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_ellipsoid_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_ellipsoid_desc, radii) == 20, "run tools/update_api");
+snell_status snell_scene_add_ellipsoid(snell_scene *s, const snell_ellipsoid_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "ellipsoid", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_quadric_desc) == 72, "run tools/update_api");
+_Static_assert(offsetof(snell_quadric_desc, square) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_quadric_desc, mixed) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_quadric_desc, linear) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_quadric_desc, constant) == 44, "run tools/update_api");
+_Static_assert(offsetof(snell_quadric_desc, min) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_quadric_desc, max) == 60, "run tools/update_api");
+snell_status snell_scene_add_quadric(snell_scene *s, const snell_quadric_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "quadric", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_superellipsoid_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_superellipsoid_desc, center) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_superellipsoid_desc, radii) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_superellipsoid_desc, e1) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_superellipsoid_desc, e2) == 36, "run tools/update_api");
+snell_status snell_scene_add_superellipsoid(snell_scene *s, const snell_superellipsoid_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "superellipsoid", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_curves_desc) == 72, "run tools/update_api");
 _Static_assert(offsetof(snell_curves_desc, points) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_curves_desc, radii) == 24, "run tools/update_api");
@@ -618,6 +665,57 @@ _Static_assert(offsetof(snell_patch_desc, indices) == 24, "run tools/update_api"
 snell_status snell_scene_add_patch(snell_scene *s, const snell_patch_desc *desc, snell_shape_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "patch", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_solid_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, operation) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, shapes) == 16, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, transforms) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, materials) == 48, "run tools/update_api");
+snell_status snell_scene_add_solid(snell_scene *s, const snell_solid_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "solid", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_implicit_desc) == 48, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, f) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, min) == 16, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, max) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, capped) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_implicit_desc, lipschitz) == 44, "run tools/update_api");
+snell_status snell_scene_add_implicit(snell_scene *s, const snell_implicit_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "implicit", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_blob_desc) == 56, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, points) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, radius) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, strength) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, sizes) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_blob_desc, threshold) == 48, "run tools/update_api");
+snell_status snell_scene_add_blob(snell_scene *s, const snell_blob_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "blob", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
+_Static_assert(sizeof(snell_julia_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, c) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, c_k) == 20, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, slice) == 24, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, iterations) == 28, "run tools/update_api");
+_Static_assert(offsetof(snell_julia_desc, escape) == 32, "run tools/update_api");
+snell_status snell_scene_add_julia(snell_scene *s, const snell_julia_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "julia", desc, &index1);
     if (!status && out) *out = (snell_shape_id){index1, 0};
     return status;
 }

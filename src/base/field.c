@@ -15,6 +15,8 @@ size_t field_element_size(field_kind kind) {
     case FIELD_UINTS: return sizeof(uint32_t);
     case FIELD_BYTES: return 1;
     case FIELD_MATERIALS: return sizeof(snell_material_id);
+    case FIELD_SHAPES: return sizeof(snell_shape_id);
+    case FIELD_TRANSFORMS: return sizeof(snell_transform);
     case FIELD_KEYS: return sizeof(snell_motion_key);
     default: return 0;
     }
@@ -59,6 +61,8 @@ const char *field_kind_name(field_kind kind) {
                                         [FIELD_UINTS] = "list of integers",
                                         [FIELD_BYTES] = "bytes",
                                         [FIELD_MATERIALS] = "list of materials",
+                                        [FIELD_SHAPES] = "list of shapes",
+                                        [FIELD_TRANSFORMS] = "list of transforms",
                                         [FIELD_KEYS] = "list of keys, or function"};
     return names[kind];
 }
@@ -258,10 +262,11 @@ static snell_status check_vec3(const type_info *info, const field *f, snell_vec3
 }
 
 static snell_status check_array(const type_info *info, const field *f, const array_member *array) {
-    size_t floats = f->kind == FIELD_VEC3S    ? 3
-                    : f->kind == FIELD_VEC2S  ? 2
-                    : f->kind == FIELD_FLOATS ? 1
-                                              : 0;
+    size_t floats = f->kind == FIELD_VEC3S        ? 3
+                    : f->kind == FIELD_VEC2S      ? 2
+                    : f->kind == FIELD_FLOATS     ? 1
+                    : f->kind == FIELD_TRANSFORMS ? 12
+                                                  : 0;
     if (array->count > SIZE_MAX / 64)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is too long", info->name, f->name);
     const float *numbers = array->data;
@@ -314,6 +319,37 @@ static snell_status check_field(const type_info *info, const field *f, void *at)
     return field_element_size(f->kind) ? check_array(info, f, at) : SNELL_OK;
 }
 
+static bool any_is_given(const type_info *info, const bool *given, const char *names, size_t length,
+                         const char **which) {
+    for (uint32_t i = 0; i < info->field_count; i++) {
+        if (!given[i]) continue;
+        size_t own = strlen(info->fields[i].name);
+        for (size_t at = 0; at < length; at += strcspn(names + at, " |;") + 1)
+            if (strcspn(names + at, " |;") == own &&
+                strncmp(names + at, info->fields[i].name, own) == 0) {
+                *which = info->fields[i].name;
+                return true;
+            }
+    }
+    return false;
+}
+
+/* Of fields that stand for one another, those of one side only. */
+static snell_status check_either(const type_info *info, const bool *given) {
+    const char *first = NULL, *second = NULL, *side = info->either;
+    while (side) {
+        size_t length = strcspn(side, "|;");
+        const char **found = first ? &second : &first;
+        if (any_is_given(info, given, side, length, found) && second)
+            return error_set(SNELL_ERR_ARGUMENT,
+                             "leave one of them out: the one stands for the other",
+                             "%s: both '%s' and '%s' are given", info->name, first, second);
+        if (side[length] != '|') first = NULL; /* the next choice */
+        side = side[length] ? side + length + 1 : NULL;
+    }
+    return SNELL_OK;
+}
+
 snell_status desc_check(const type_info *info, void *desc, const bool *given) {
     for (uint32_t i = 0; i < info->field_count; i++) {
         const field *f = &info->fields[i];
@@ -323,7 +359,7 @@ snell_status desc_check(const type_info *info, void *desc, const bool *given) {
         snell_status status = check_field(info, f, member(desc, f));
         if (status) return status;
     }
-    return SNELL_OK;
+    return info->either && given ? check_either(info, given) : SNELL_OK;
 }
 
 void *desc_copy(const type_info *info, const void *desc) {

@@ -2,7 +2,6 @@
  * the face where it leaves. Texture coordinates are 0..1 on every face, seen from outside: u to the
  * right, v up; on the top v points to -Z, on the bottom to +Z. hit.u carries the face: twice the
  * axis, plus one for the side of max. */
-#include "base/error.h"
 #include "geometry/surface.h"
 
 #define BOX_FIELDS(F, T)                                                                           \
@@ -12,14 +11,7 @@ DESCRIBE(box, BOX_FIELDS)
 
 static snell_status check(const void *desc) {
     const box_desc *box = desc;
-    const float *low = &box->min.x, *high = &box->max.x;
-    for (int i = 0; i < 3; i++)
-        if (!(low[i] < high[i]))
-            return error_set(SNELL_ERR_ARGUMENT,
-                             "every coordinate of 'min' must be the smaller one",
-                             "box: 'min' %c is %g and 'max' %c is %g", "xyz"[i], (double)low[i],
-                             "xyz"[i], (double)high[i]);
-    return SNELL_OK;
+    return surface_check_box("box", box->min, box->max);
 }
 
 static bounds3 bounds(const void *desc) {
@@ -123,6 +115,14 @@ static int side(const void *desc, dvec3 p) {
     return inside ? 1 : -1;
 }
 
+static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {
+    crossing enter, leave;
+    if (!solve(desc, beam, &enter, &leave)) return 0;
+    return surface_add_span(out, 0, capacity,
+                            (surface_crossing){.t = enter.t, .u = (float)enter.face},
+                            (surface_crossing){.t = leave.t, .u = (float)leave.face});
+}
+
 /* Of the two faces across each axis. */
 static void pair_areas(const box_desc *box, double pair[3]) {
     double x = (double)box->max.x - box->min.x, y = (double)box->max.y - box->min.y,
@@ -166,6 +166,7 @@ const primitive_type primitive_box = {
     .intersect = intersect,
     .surface = fill_surface,
     .side = side,
+    .spans = spans,
     .area = area,
     .sample_area = sample_area,
 };

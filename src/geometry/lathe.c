@@ -48,53 +48,12 @@ static snell_status check(const void *desc) {
                      "lathe: 'profile' sweeps no surface");
 }
 
-static bounds3 bounds(const void *desc) {
-    revolved shape = revolved_of(desc);
-    return revolved_bounds(&shape);
-}
-
-static bool intersect(const void *desc, const local_ray *beam, hit *found) {
-    revolved shape = revolved_of(desc);
-    return revolved_intersect(&shape, beam, found);
-}
-
-static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
-    revolved shape = revolved_of(desc);
-    revolved_surface(&shape, beam, found, out);
-}
-
-static void parametrise(const void *desc, surface *s) {
-    revolved shape = revolved_of(desc);
-    revolved_parametrise(&shape, s);
-}
-
-static int side(const void *desc, dvec3 p) {
-    revolved shape = revolved_of(desc);
-    return revolved_side(&shape, p);
-}
-
-static double area(const void *desc, uint32_t primitive) {
-    (void)primitive;
-    revolved shape = revolved_of(desc);
-    return revolved_area(&shape);
-}
-
-static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
-    (void)primitive;
-    revolved shape = revolved_of(desc);
-    revolved_sample_area(&shape, u, v, out);
-}
+REVOLVED_FUNCTIONS(revolved_of)
 
 extern const primitive_type primitive_lathe;
 const primitive_type primitive_lathe = {
     .info = TYPE_INFO(CATEGORY_SHAPE, lathe, "lathe",
                       "a line turned about the Y axis: vases, glasses, chess pieces"),
     .check = check,
-    .bounds = bounds,
-    .intersect = intersect,
-    .surface = fill_surface,
-    .parametrise = parametrise,
-    .side = side,
-    .area = area,
-    .sample_area = sample_area,
+    REVOLVED_MEMBERS,
 };

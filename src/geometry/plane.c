@@ -51,6 +51,21 @@ static int side(const void *desc, dvec3 p) {
     return dvec3_dot(offset, dvec3_from(plane->normal)) < 0 ? 1 : -1;
 }
 
+/* A line along the plane is inside as a whole, or not at all. */
+static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {
+    const plane_desc *plane = desc;
+    surface_crossing enter = {.t = -INFINITY}, leave = {.t = INFINITY};
+    double t;
+    if (!solve(plane, beam, &t)) {
+        if (side(plane, dvec3_from(beam->o)) < 0) return 0;
+    } else if (dvec3_dot(dvec3_from(plane->normal), dvec3_from(beam->d)) > 0) {
+        leave.t = t;
+    } else {
+        enter.t = t;
+    }
+    return surface_add_span(out, 0, capacity, enter, leave);
+}
+
 extern const primitive_type primitive_plane;
 const primitive_type primitive_plane = {
     .info = TYPE_INFO(CATEGORY_SHAPE, plane, "plane", "an infinite plane"),
@@ -60,4 +75,5 @@ const primitive_type primitive_plane = {
     .intersect = intersect,
     .surface = fill_surface,
     .side = side,
+    .spans = spans,
 };

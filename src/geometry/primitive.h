@@ -62,12 +62,18 @@ typedef struct primitive_type {
     /* Beyond what the table can say; NULL: nothing. Reports with error_set. */
     snell_status (*check)(const void *desc);
     bounds3 (*bounds)(const void *desc); /* contains every point that intersect may return */
+    /* What is worked out once for all rays: a copy of the description that more follows after, which
+     * borrows the description's strings and arrays. All functions below get it in the description's
+     * place. Of a checked description, so NULL means out of memory. NULL: they get the description. */
+    void *(*prepare)(const void *desc);
+    void (*release)(void *prepared);
     /* Shapes of very many parts, each with a box of its own by which rays find it: how many; they are
      * numbered from 0. primitive_bounds may be empty: there is nothing. NULL: one part. */
     uint32_t (*primitive_count)(const void *desc);
     bounds3 (*primitive_bounds)(const void *desc, uint32_t primitive);
     /* The nearest hit with ray->t_min < t < ray->t_max of the part number hit->primitive (0 where
-     * there is one): sets t, u, v. NULL for meshes, whose triangles the kernels test themselves. */
+     * there is one): sets t, u, v; and, of one part, primitive where several faces are told apart.
+     * NULL for meshes, whose triangles the kernels test themselves. */
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
@@ -82,8 +88,10 @@ typedef struct primitive_type {
     int (*side)(const void *desc, dvec3 p);
     /* The stretches of the line o + t d, -infinity < t < infinity, that lie inside, in ascending order
      * and apart from one another; t_min and t_max of the ray do not count. Returns how many there
-     * are; more than `capacity`: capacity + 1. Agrees with `intersect` and `side`. For closed shapes and
-     * half-spaces, which solids are made of; NULL: cannot be part of a solid. */
+     * are; more than `capacity`: capacity + 1; -1, whatever the line: this one is open (a tube, a
+     * lathe whose ends are off the axis) and cannot be part of a solid. Agrees with `intersect` and
+     * `side`; where the line only touches the shape there may be a stretch or none. For closed
+     * shapes and half-spaces, which solids are made of; NULL: no shape of this type can be. */
     int (*spans)(const void *desc, const local_ray *beam, span *out, int capacity);
     /* Sampling by area, for shapes that shine; in the shape's own space.
      * area: of one part (a triangle of a mesh), or of the whole surface where there is one, m^2. NULL:
@@ -113,9 +121,17 @@ static inline bounds3 primitive_bounds_of(const primitive_type *type, const void
     return type->primitive_count ? type->primitive_bounds(desc, primitive) : type->bounds(desc);
 }
 
+/* What a shape's type made of its description (primitive_type.prepare). */
+typedef struct prepared_shape {
+    const primitive_type *type;
+    void *made; /* NULL: nothing, the description serves */
+} prepared_shape;
+
 /* The registry: every type of shapes.def, in its order. */
 extern const primitive_type *const primitive_types[];
 extern const uint32_t primitive_type_count;
 const primitive_type *primitive_find(const char *name); /* NULL: none of that name */
+
+extern const primitive_type primitive_mesh; /* the one whose hits the kernels find */
 
 #endif

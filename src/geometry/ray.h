@@ -5,6 +5,7 @@
 #include "maths/vec.h"
 
 #define NO_ID UINT32_MAX
+enum { GROUP_DEPTH_MAX = 8 }; /* groups in groups of shapes */
 
 /* Hits lie in t_min < t < t_max, in lengths of d, which need not be 1. */
 typedef struct ray {

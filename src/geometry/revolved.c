@@ -219,6 +219,80 @@ bool revolved_intersect(const revolved *shape, const local_ray *beam, hit *found
     return any;
 }
 
+/* ---- inside ---- */
+
+/* Even and odd crossings of the half-plane's line from the point away from the axis. p is in the
+ * frame. */
+static bool is_inside(const revolved *shape, dvec3 p) {
+    double radius = sqrt(p.x * p.x + p.z * p.z);
+    bool inside = false;
+    for (size_t i = 0; i < piece_count(shape); i++) {
+        profile_point a = point_at(shape, i), b = point_at(shape, i + 1);
+        if ((a.y > p.y) == (b.y > p.y)) continue;
+        if (radius < a.r + (p.y - a.y) / (b.y - a.y) * (b.r - a.r)) inside = !inside;
+    }
+    return inside;
+}
+
+int revolved_side(const revolved *shape, dvec3 p) {
+    if (!shape->closed) return -1;
+    return is_inside(shape, to_frame(shape, dvec3_sub(p, shape->origin))) ? 1 : -1;
+}
+
+enum { CROSSINGS = 16 };
+
+/* The first CROSSINGS crossings beyond `after`, in the line's t, in ascending order. */
+static int crossings_after(const revolved *shape, const axis_ray *line, double after,
+                           surface_crossing out[CROSSINGS]) {
+    int count = 0;
+    for (size_t i = 0; i < piece_count(shape); i++) {
+        if (passes_by(line, point_at(shape, i), point_at(shape, i + 1))) continue;
+        piece s = piece_at(shape, i);
+        double t[2];
+        int roots = solve_piece(&s, line, t);
+        for (int k = 0; k < roots; k++) {
+            int place = count;
+            if (!(t[k] > after)) continue;
+            while (place > 0 && t[k] < out[place - 1].t) place--;
+            if (place == CROSSINGS) continue;
+            if (count < CROSSINGS) count++;
+            for (int m = count - 1; m > place; m--) out[m] = out[m - 1];
+            out[place] = (surface_crossing){.t = t[k], .u = (float)i};
+        }
+    }
+    return count;
+}
+
+static surface_crossing shifted(surface_crossing crossing, double shift) {
+    crossing.t += shift;
+    return crossing;
+}
+
+/* Which of the stretches between crossings are inside is asked of their middles: where two pieces
+ * meet there may be one crossing or two. */
+int revolved_spans(const revolved *shape, const local_ray *beam, span *out, int capacity) {
+    axis_ray line;
+    surface_crossing next[CROSSINGS], enter = {0}, last = {.t = -INFINITY};
+    int spans = 0, count = CROSSINGS;
+    bool inside = false;
+    if (!shape->closed) return -1;
+    if (!axis_ray_make(shape, beam, &line)) return 0;
+    while (count == CROSSINGS) {
+        count = crossings_after(shape, &line, last.t, next);
+        for (int i = 0; i < count; i++) {
+            dvec3 middle = axis_ray_at(&line, (last.t + next[i].t) / 2);
+            bool now = last.t > -INFINITY && is_inside(shape, middle);
+            if (now && !inside) enter = shifted(last, line.shift);
+            if (inside && !now)
+                spans = surface_add_span(out, spans, capacity, enter, shifted(last, line.shift));
+            inside = now;
+            last = next[i];
+        }
+    }
+    if (inside) spans = surface_add_span(out, spans, capacity, enter, shifted(last, line.shift));
+    return spans;
+}
+
 /* ---- points ---- */
 
 static profile_point piece_normal(const piece *s) {
@@ -300,23 +374,23 @@ void revolved_surface(const revolved *shape, const local_ray *beam, const hit *f
 }
 
 /* v at both ends of piece i. */
-static void span_of(const revolved *shape, size_t i, double span[2]) {
-    span[0] = 0;
-    span[1] = 1;
+static void span_of(const revolved *shape, size_t i, double share[2]) {
+    share[0] = 0;
+    share[1] = 1;
     if (shape->profile == NULL) {
-        if (shape->capped && i == 2) span[0] = 1, span[1] = 0;
+        if (shape->capped && i == 2) share[0] = 1, share[1] = 0;
         return;
     }
     double total = 0;
     for (size_t k = 0; k < piece_count(shape); k++) {
         profile_point a = point_at(shape, k), b = point_at(shape, k + 1);
         double r = b.r - a.r, y = b.y - a.y;
-        if (k == i) span[0] = total;
+        if (k == i) share[0] = total;
         total += sqrt(r * r + y * y);
-        if (k == i) span[1] = total;
+        if (k == i) share[1] = total;
     }
-    span[0] /= total;
-    span[1] /= total;
+    share[0] /= total;
+    share[1] /= total;
 }
 
 void revolved_parametrise(const revolved *shape, surface *s) {
@@ -324,30 +398,16 @@ void revolved_parametrise(const revolved *shape, surface *s) {
     if (i >= piece_count(shape)) i = 0;
     piece at = piece_at(shape, i);
     dvec3 p = to_frame(shape, dvec3_sub(s->p, shape->origin));
-    double span[2], radius = sqrt(p.x * p.x + p.z * p.z);
-    span_of(shape, i, span);
-    double step = span[1] - span[0], x = radius > 0 ? p.x / radius : 0;
+    double share[2], radius = sqrt(p.x * p.x + p.z * p.z);
+    span_of(shape, i, share);
+    double step = share[1] - share[0], x = radius > 0 ? p.x / radius : 0;
     double z = radius > 0 ? p.z / radius : 1;
     s->u = 0.5 + fn_atan2(p.x, p.z) / (2 * PI);
-    s->v = clamp01(span[0] + step * s->v);
+    s->v = clamp01(share[0] + step * s->v);
     s->dpdu = from_frame(shape, (dvec3){2 * PI * p.z, 0, -2 * PI * p.x});
     if (step == 0) return;
     double r = (at.b.r - at.a.r) / step, y = (at.b.y - at.a.y) / step;
     s->dpdv = from_frame(shape, (dvec3){r * x, y, r * z});
-}
-
-/* Even and odd crossings of the half-plane's line from the point away from the axis. */
-int revolved_side(const revolved *shape, dvec3 p) {
-    if (!shape->closed) return -1;
-    dvec3 at = to_frame(shape, dvec3_sub(p, shape->origin));
-    double radius = sqrt(at.x * at.x + at.z * at.z);
-    int side = -1;
-    for (size_t i = 0; i < piece_count(shape); i++) {
-        profile_point a = point_at(shape, i), b = point_at(shape, i + 1);
-        if ((a.y > at.y) == (b.y > at.y)) continue;
-        if (radius < a.r + (at.y - a.y) / (b.y - a.y) * (b.r - a.r)) side = -side;
-    }
-    return side;
 }
 
 /* ---- sampling ---- */

@@ -33,7 +33,51 @@ bool revolved_intersect(const revolved *shape, const local_ray *beam, hit *found
 void revolved_surface(const revolved *shape, const local_ray *beam, const hit *found, surface *out);
 void revolved_parametrise(const revolved *shape, surface *s);
 int revolved_side(const revolved *shape, dvec3 p);
+int revolved_spans(const revolved *shape, const local_ray *beam, span *out, int capacity);
 double revolved_area(const revolved *shape);
 void revolved_sample_area(const revolved *shape, double u, double v, surface *out);
+
+/* The same for a description that `revolved_of(desc)` makes a revolved of: the functions, and the
+ * members of its primitive_type that name them. */
+#define REVOLVED_FUNCTIONS(revolved_of)                                                            \
+    static bounds3 bounds(const void *desc) {                                                      \
+        revolved shape = revolved_of(desc);                                                        \
+        return revolved_bounds(&shape);                                                            \
+    }                                                                                              \
+    static bool intersect(const void *desc, const local_ray *beam, hit *found) {                   \
+        revolved shape = revolved_of(desc);                                                        \
+        return revolved_intersect(&shape, beam, found);                                            \
+    }                                                                                              \
+    static void fill_surface(const void *desc, const local_ray *beam, const hit *found,            \
+                             surface *out) {                                                       \
+        revolved shape = revolved_of(desc);                                                        \
+        revolved_surface(&shape, beam, found, out);                                                \
+    }                                                                                              \
+    static void parametrise(const void *desc, surface *s) {                                        \
+        revolved shape = revolved_of(desc);                                                        \
+        revolved_parametrise(&shape, s);                                                           \
+    }                                                                                              \
+    static int side(const void *desc, dvec3 p) {                                                   \
+        revolved shape = revolved_of(desc);                                                        \
+        return revolved_side(&shape, p);                                                           \
+    }                                                                                              \
+    static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {           \
+        revolved shape = revolved_of(desc);                                                        \
+        return revolved_spans(&shape, beam, out, capacity);                                        \
+    }                                                                                              \
+    static double area(const void *desc, uint32_t primitive) {                                     \
+        (void)primitive;                                                                           \
+        revolved shape = revolved_of(desc);                                                        \
+        return revolved_area(&shape);                                                              \
+    }                                                                                              \
+    static void sample_area(const void *desc, uint32_t primitive, double u, double v,              \
+                            surface *out) {                                                        \
+        (void)primitive;                                                                           \
+        revolved shape = revolved_of(desc);                                                        \
+        revolved_sample_area(&shape, u, v, out);                                                   \
+    }
+#define REVOLVED_MEMBERS                                                                           \
+    .bounds = bounds, .intersect = intersect, .surface = fill_surface, .parametrise = parametrise, \
+    .side = side, .spans = spans, .area = area, .sample_area = sample_area
 
 #endif

@@ -70,13 +70,7 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
 
 static void parametrise(const void *desc, surface *s) {
     const sphere_desc *sphere = desc;
-    double height = s->n.y < -1 ? -1 : s->n.y > 1 ? 1 : s->n.y;
-    s->u = 0.5 + fn_atan2(s->n.x, s->n.z) / (2 * PI);
-    s->v = 1 - fn_acos(height) / PI;
-    double r = sphere->radius, ring = sqrt(s->n.x * s->n.x + s->n.z * s->n.z);
-    if (!(ring > 0)) return; /* a pole: u has no direction */
-    s->dpdu = (dvec3){2 * PI * r * s->n.z, 0, -2 * PI * r * s->n.x};
-    s->dpdv = dvec3_scale((dvec3){-height * s->n.x / ring, ring, -height * s->n.z / ring}, PI * r);
+    surface_globe(s, s->n, sphere->radius);
 }
 
 static int side(const void *desc, dvec3 p) {
@@ -84,6 +78,13 @@ static int side(const void *desc, dvec3 p) {
     dvec3 f = dvec3_sub(p, dvec3_from(sphere->center));
     double r = sphere->radius;
     return dvec3_dot(f, f) < r * r ? 1 : -1;
+}
+
+static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {
+    double t[2];
+    if (!solve(desc, beam, t)) return 0;
+    return surface_add_span(out, 0, capacity, (surface_crossing){.t = t[0]},
+                            (surface_crossing){.t = t[1]});
 }
 
 static double area(const void *desc, uint32_t primitive) {
@@ -151,6 +152,7 @@ const primitive_type primitive_sphere = {
     .surface = fill_surface,
     .parametrise = parametrise,
     .side = side,
+    .spans = spans,
     .area = area,
     .sample_area = sample_area,
     .sample_toward = sample_toward,

@@ -1,5 +1,8 @@
 #include "geometry/surface.h"
 
+#include "base/error.h"
+#include "maths/functions.h"
+
 /* x rounded to float, strictly beyond `from` in the direction of `step`; to nearest if step is 0.
  */
 static float round_beyond(double x, double from, double step) {
@@ -12,9 +15,12 @@ static float round_beyond(double x, double from, double step) {
 }
 
 vec3 surface_offset_origin(const surface *s, double side) {
-    double reach = side > 0 ? s->error : -s->error;
+    return surface_offset_point(s->p, s->n, s->error, side);
+}
+
+vec3 surface_offset_point(dvec3 p, dvec3 n, double error, double side) {
+    double reach = side > 0 ? error : -error;
     double sign = side > 0 ? 1 : -1;
-    dvec3 p = s->p, n = s->n;
     return (vec3){round_beyond(p.x + reach * n.x, p.x, sign * n.x),
                   round_beyond(p.y + reach * n.y, p.y, sign * n.y),
                   round_beyond(p.z + reach * n.z, p.z, sign * n.z)};
@@ -49,10 +55,50 @@ void surface_to_world(surface *s, const transform *to_world, const transform *to
     double length = dvec3_length(n);
     s->error = length > 0 ? local_error / length : local_error;
     s->p = p;
-    s->dpdu = transform_vector(to_world, s->dpdu);
-    s->dpdv = transform_vector(to_world, s->dpdv);
     s->n = dvec3_normalize(n);
     s->ns = dvec3_normalize(transform_normal(to_local, s->ns));
     double cosine = dvec3_dot(s->ns, s->n);
     if (!(cosine > 0)) s->ns = s->n;
+}
+
+void surface_globe(surface *s, dvec3 n, double radius) {
+    double height = n.y < -1 ? -1 : n.y > 1 ? 1 : n.y;
+    s->u = 0.5 + fn_atan2(n.x, n.z) / (2 * PI);
+    s->v = 1 - fn_acos(height) / PI;
+    double r = radius, ring = sqrt(n.x * n.x + n.z * n.z);
+    if (!(ring > 0)) return; /* a pole: u has no direction */
+    s->dpdu = (dvec3){2 * PI * r * n.z, 0, -2 * PI * r * n.x};
+    s->dpdv = dvec3_scale((dvec3){-height * n.x / ring, ring, -height * n.z / ring}, PI * r);
+}
+
+void surface_fold(dvec3 n, float *u, float *v) {
+    double sum = fabs(n.x) + fabs(n.y) + fabs(n.z), x = n.x / sum, y = n.y / sum;
+    if (n.z < 0) {
+        double over = (1 - fabs(y)) * (x < 0 ? -1 : 1);
+        y = (1 - fabs(x)) * (y < 0 ? -1 : 1);
+        x = over;
+    }
+    *u = (float)x;
+    *v = (float)y;
+}
+
+dvec3 surface_unfold(float u, float v) {
+    dvec3 n = {u, v, 1 - fabs((double)u) - fabs((double)v)};
+    if (n.z < 0) {
+        double over = (1 - fabs(n.y)) * (n.x < 0 ? -1 : 1);
+        n.y = (1 - fabs(n.x)) * (n.y < 0 ? -1 : 1);
+        n.x = over;
+    }
+    return dvec3_normalize(n);
+}
+
+snell_status surface_check_box(const char *type, vec3 min, vec3 max) {
+    const float low[3] = {min.x, min.y, min.z}, high[3] = {max.x, max.y, max.z};
+    for (int i = 0; i < 3; i++)
+        if (!(low[i] < high[i]))
+            return error_set(SNELL_ERR_ARGUMENT,
+                             "every coordinate of 'min' must be the smaller one",
+                             "%s: 'min' %c is %g and 'max' %c is %g", type, "xyz"[i],
+                             (double)low[i], "xyz"[i], (double)high[i]);
+    return SNELL_OK;
 }

@@ -25,8 +25,10 @@
  * and n = (0, 1, 0) that can be more than the step along n. A shape with a curvature has it in its
  * error (surface_shift_error). */
 vec3 surface_offset_origin(const surface *s, double side);
+/* The same from the parts of `s` that it looks at. */
+vec3 surface_offset_point(dvec3 p, dvec3 n, double error, double side);
 
-/* Brings a surface from the shape's own space to the world.
+/* Brings a surface from the shape's own space to the world; all but dpdu, dpdv.
  *
  * Rays are brought to the shape by the float matrix to_local, which is not exactly the inverse of
  * to_world; what they see in the world is the shape under the inverse of to_local. So p is
@@ -36,12 +38,25 @@ vec3 surface_offset_origin(const surface *s, double side);
  * e along the local normal is e / |N| along the world normal, with N = transform_normal(to_local,
  * n). */
 void surface_to_world(surface *s, const transform *to_world, const transform *to_local);
+static inline void surface_tangents_to_world(surface *s, const transform *to_world) {
+    s->dpdu = transform_vector(to_world, s->dpdu);
+    s->dpdv = transform_vector(to_world, s->dpdv);
+}
 
 /* What shapes share: is t, rounded to float, inside the ray's range? Writes the float. */
 static inline bool surface_accept(const local_ray *beam, double t, float *out) {
     float rounded = (float)t;
     *out = rounded;
     return rounded > beam->t_min && rounded < beam->t_max;
+}
+
+/* For `spans`: adds a stretch to the first `count` of `out`, unless it has no length or `count` is
+ * beyond the capacity already. Returns the new count. */
+static inline int surface_add_span(span *out, int count, int capacity, surface_crossing enter,
+                                   surface_crossing leave) {
+    if (!(enter.t < leave.t) || count > capacity) return count;
+    if (count < capacity) out[count] = (span){enter, leave};
+    return count + 1;
 }
 
 /* What the rounding of an origin near p (the directed one, up to an ulp per coordinate, and once more
@@ -52,9 +67,36 @@ static inline double surface_shift_error(dvec3 p, double curvature) {
     return bend * bend <= 16 * square ? bend : 4 * sqrt(square);
 }
 
-/* A surface with everything at its neutral value. */
+/* u, v, dpdu and dpdv of a globe of this radius at its unit normal n: longitude and latitude about
+ * +Y, seen from outside: u grows to the right, 0.5 faces +Z, the seam faces -Z; v is 0 at the south
+ * pole (-Y) and 1 at the north. */
+void surface_globe(surface *s, dvec3 n, double radius);
+
+/* A unit vector in two floats, which a hit may carry in u and v: it is projected onto an octahedron,
+ * whose lower half is folded outwards (Cigolle et al., A Survey of Efficient Representations for
+ * Independent Unit Vectors, JCGT 3(2), 2014). */
+void surface_fold(dvec3 n, float *u, float *v);
+dvec3 surface_unfold(float u, float v);
+
+/* The error of a box whose `min` is not below its `max`. */
+snell_status surface_check_box(const char *type, vec3 min, vec3 max);
+
+/* A surface with everything at its neutral value. One field after the other: a compound literal is
+ * built on the stack and copied in wider pieces than it was written in, which stalls. */
 static inline surface surface_make(dvec3 p, dvec3 n, double error) {
-    return (surface){.p = p, .error = error, .n = n, .ns = n, .tint = {1, 1, 1}, .alpha = 1};
+    surface s;
+    s.p = p;
+    s.error = error;
+    s.curvature = 0;
+    s.n = n;
+    s.ns = n;
+    s.u = s.v = 0;
+    s.dpdu = (dvec3){0, 0, 0};
+    s.dpdv = (dvec3){0, 0, 0};
+    s.tint = (dvec3){1, 1, 1};
+    s.alpha = 1;
+    s.material_slot = 0;
+    return s;
 }
 
 #endif

@@ -193,6 +193,16 @@ static bool intersect(const void *desc, const local_ray *beam, hit *found) {
     return false;
 }
 
+/* The distance is positive at both ends of what `solve` looks at, so its roots come in pairs. */
+static int spans(const void *desc, const local_ray *beam, span *out, int capacity) {
+    double t[4];
+    int roots = solve(desc, beam, t), count = 0;
+    for (int i = 0; i + 1 < roots; i += 2)
+        count = surface_add_span(out, count, capacity, (surface_crossing){.t = t[i]},
+                                 (surface_crossing){.t = t[i + 1]});
+    return count;
+}
+
 /* ---- points ---- */
 
 /* The point at the angle around the axis whose sine and cosine are x and z, and around the tube whose
@@ -284,6 +294,7 @@ const primitive_type primitive_torus = {
     .surface = fill_surface,
     .parametrise = parametrise,
     .side = side,
+    .spans = spans,
     .area = area,
     .sample_area = sample_area,
 };

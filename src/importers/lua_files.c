@@ -50,7 +50,17 @@ static void renumber(const merge *m, const type_info *type, void *desc) {
                 size_t count;
             } list;
             memcpy(&list, at, sizeof list);
-            for (size_t k = 0; k < list.count; k++) list.data[k].index1 += m->material;
+            for (size_t k = 0; k < list.count; k++)
+                if (list.data[k].index1) list.data[k].index1 += m->material;
+            break;
+        }
+        case FIELD_SHAPES: {
+            struct {
+                snell_shape_id *data;
+                size_t count;
+            } list;
+            memcpy(&list, at, sizeof list);
+            for (size_t k = 0; k < list.count; k++) list.data[k].index1 += m->shape;
             break;
         }
         default: break;
@@ -67,12 +77,12 @@ static void move_keys(void *member, const transform *t) {
     transform inverse;
     memcpy(&list, member, sizeof list);
     if (!transform_inverse(t, &inverse)) return;
-    placement there = placement_from(t), back = placement_from(&inverse);
+    placement there = dtransform_from(t), back = dtransform_from(&inverse);
     for (size_t i = 0; i < list.count; i++) {
-        placement key = placement_from(&list.data[i].transform);
-        key = placement_multiply(&there, &key);
-        key = placement_multiply(&key, &back);
-        list.data[i].transform = placement_round(&key);
+        placement key = dtransform_from(&list.data[i].transform);
+        key = dtransform_multiply(&there, &key);
+        key = dtransform_multiply(&key, &back);
+        list.data[i].transform = dtransform_round(&key);
     }
 }
 
@@ -156,7 +166,7 @@ static void merge_instances(const merge *m, const node *like, const char *label)
             .shape = one->shape + m->shape,
             .material = one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
             .line = one->line,
-            .placed = one->key_count ? placement_identity() : placement_from(&one->to_world),
+            .placed = one->key_count ? dtransform_identity() : dtransform_from(&one->to_world),
             .motion = one->key_count ? motion_add(L, one->keys, one->key_count) : 0,
             .name = one->name[0] ? one->name : NULL};
         nodes_add_shape(L, &made);
@@ -199,7 +209,7 @@ static void import_other(lua_State *L, const char *label, const char *name, cons
     m.material = (uint32_t)s->d->objects[CATEGORY_MATERIAL].count;
     m.shape = (uint32_t)s->d->objects[CATEGORY_SHAPE].count;
     if (like->material != NO_MATERIAL) drop_slots(from);
-    transform moved = placement_round(&like->placed);
+    transform moved = dtransform_round(&like->placed);
     merge_category(&m, CATEGORY_TEXTURE, NULL);
     merge_category(&m, CATEGORY_MATERIAL, NULL);
     merge_category(&m, CATEGORY_SHAPE, NULL);
@@ -240,13 +250,14 @@ static int include(lua_State *L) {
     node like = {.shape = NO_SHAPE,
                  .material = NO_MATERIAL,
                  .line = scene_line(L, NULL),
-                 .placed = placement_identity()};
+                 .placed = dtransform_identity()};
     import_other(L, "include", lua_tostring(L, 1), &like, (wanted){true, true, true});
     return 1;
 }
 
 int files_mesh(lua_State *L) {
     static const char *const names[] = {"file", "transform", "material", "name", "motion"};
+    values_refuse_both(L, "mesh", "file", "positions");
     values_check_keys(L, "mesh", names, 5, 0);
     const char *name, *file = need_file(L, "mesh");
     node like = objects_read_common(L, "mesh", &name);

@@ -129,7 +129,7 @@ static motion_key read_key(lua_State *L, const char *label, lua_Integer at) {
     lua_pop(L, 1);
     lua_pushliteral(L, "transform");
     lua_rawget(L, -2);
-    key.transform = placement_round(need_transform(L, label, "needs in each key"));
+    key.transform = dtransform_round(need_transform(L, label, "needs in each key"));
     lua_pop(L, 2);
     return key;
 }
@@ -172,7 +172,7 @@ static motion_key *sample(lua_State *L, const char *label, const double window[2
         lua_pushvalue(L, -2);
         placement p = call(L, label, time);
         lua_pop(L, 1);
-        motion_key key = {(float)time, placement_round(&p)};
+        motion_key key = {(float)time, dtransform_round(&p)};
         if (*count == 0 || key.time > keys[*count - 1].time) keys[(*count)++] = key;
     }
     if (motion_check(keys, *count, label)) scene_fail_last(L, NULL, NULL);
@@ -339,7 +339,7 @@ static float *chain_times(lua_State *L, const uint32_t *path, size_t depth, size
 }
 
 static bool is_identity(const placement *p) {
-    transform rounded = placement_round(p);
+    transform rounded = dtransform_round(p);
     return transform_is_identity(&rounded);
 }
 
@@ -366,18 +366,18 @@ const motion_key *motion_of_chain(lua_State *L, const uint32_t *path, size_t dep
     motion_key *keys = lua_newuserdatauv(L, *count * sizeof *keys, 0);
     sandbox_charge(L, 40 * (uint64_t)(*count * depth));
     for (size_t i = 0; i < *count; i++) {
-        placement p = placement_identity();
+        placement p = dtransform_identity();
         for (size_t k = 0; k < depth; k++) {
             const node *n = &s->nodes[path[k]];
             placement at;
             if (n->motion) {
                 const lua_motion *m = &s->motions[n->motion - 1];
                 motion_interpolate(m->keys, m->count, (double)times[i], at.m);
-                p = placement_multiply(&p, &at);
+                p = dtransform_multiply(&p, &at);
             }
-            p = placement_multiply(&p, &n->placed);
+            p = dtransform_multiply(&p, &n->placed);
         }
-        keys[i] = (motion_key){times[i], placement_round(&p)};
+        keys[i] = (motion_key){times[i], dtransform_round(&p)};
     }
     lua_remove(L, -2);
     return keys;

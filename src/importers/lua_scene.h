@@ -2,7 +2,7 @@
  *
  * lua.c runs a file; lua_sandbox.c makes Lua deterministic and bounded; lua_values.c turns Lua
  * values into parameters by the types' own tables; lua_objects.c is the vocabulary made from the
- * registries; lua_nodes.c keeps what is drawn; lua_transform.c and lua_files.c are the rest of the
+ * registries; lua_nodes.c keeps what is drawn; lua_solids.c puts shapes together; lua_transform.c and lua_files.c are the rest of the
  * language. Everything runs inside one lua_pcall: errors are raised with scene_fail, and all memory
  * belongs to the Lua state or to `scene`, so that nothing leaks when one is raised. */
 #ifndef SNELL_IMPORTERS_LUA_SCENE_H
@@ -14,17 +14,21 @@
 
 #include "importers/importer.h"
 
-/* A transform in double, so that long products are rounded once, at the end. */
-typedef struct placement {
-    double m[3][4];
-} placement;
+/* Long products are rounded once, at the end. */
+typedef dtransform placement;
 
 /* Something that can be drawn: a shape, or a group of nodes. */
 typedef struct node {
-    uint32_t shape;    /* NO_SHAPE: a group */
-    uint32_t material; /* NO_MATERIAL: none given */
-    bool overrides;    /* its material beats those of its parts */
-    bool taken;        /* by a group or an instance: not drawn by itself */
+    uint32_t shape;      /* NO_SHAPE: a group */
+    uint32_t material;   /* NO_MATERIAL: none given */
+    bool overrides;      /* its material beats those of its parts */
+    bool taken;          /* by a group or an instance: not drawn by itself */
+    bool kept;           /* as a group of the description, since it is drawn more than once */
+    bool has_box;        /* box is known */
+    uint32_t group;      /* where kept: which shape of the description */
+    uint32_t uses;       /* by groups and instances */
+    uint32_t kept_depth; /* of kept groups in it, with itself */
+    bounds3 box;         /* of a large group in its own space */
     uint32_t line;
     uint32_t depth; /* of groups in groups; a shape has 0 */
     size_t first_child, child_count;
@@ -140,6 +144,8 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
 /* The value at `index`: three finite numbers. `name` is for messages. */
 void values_read_vec3(lua_State *L, int index, const char *label, const char *name, double out[3]);
 double values_read_number(lua_State *L, int index, const char *label, const char *name);
+/* Two names of the table at index 1 that stand for one another. */
+void values_refuse_both(lua_State *L, const char *label, const char *one, const char *other);
 /* Fields of the table at index 1, NULL or false when absent. */
 const char *values_get_string(lua_State *L, const char *label, const char *name);
 bool values_get_bool(lua_State *L, const char *label, const char *name, bool absent);
@@ -161,10 +167,6 @@ void handle_push(lua_State *L, const char *kind, uint32_t index);
 bool handle_get(lua_State *L, int index, const char *kind, uint32_t *out);
 
 /* ---- lua_transform.c ---- */
-placement placement_identity(void);
-placement placement_multiply(const placement *a, const placement *b); /* b is applied first */
-transform placement_round(const placement *p);
-placement placement_from(const transform *t);
 placement values_get_placement(lua_State *L, const char *label); /* field transform of table 1 */
 void transform_open(lua_State *L);
 
@@ -190,10 +192,19 @@ void nodes_add_shape(lua_State *L, const node *like);
 void nodes_add_group(lua_State *L, const node *like, const char *label, const uint32_t *indices,
                      size_t count);
 bounds3 nodes_bounds(lua_State *L, uint32_t index);
+/* Reads the shapes at 1..count of the table at index 1 into a userdata on the stack. */
+uint32_t *nodes_read_parts(lua_State *L, const char *label, size_t count);
+/* Every shape under a node, with the material and the place that it has by the groups around it;
+ * moves: it or one of them has a motion. */
+typedef void node_leaf_fn(lua_State *L, void *user, const node *leaf, bool moves);
+void nodes_each_leaf(lua_State *L, uint32_t index, node_leaf_fn *visit, void *user);
 /* Gives every node that no other took its instances. */
 void nodes_draw(lua_State *L);
 void nodes_free(lua_scene *s);
 void nodes_open(lua_State *L); /* group, instance */
+
+/* ---- lua_solids.c ---- */
+void solids_open(lua_State *L); /* union, intersection, difference */
 
 /* ---- lua_objects.c ---- */
 /* The material, transform and name of the table at index 1. */

@@ -5,37 +5,8 @@
 
 #include "maths/functions.h"
 
-placement placement_identity(void) {
-    return (placement){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-}
-
-placement placement_multiply(const placement *a, const placement *b) {
-    placement out;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++) {
-            double sum = j == 3 ? a->m[i][3] : 0;
-            for (int k = 0; k < 3; k++) sum += a->m[i][k] * b->m[k][j];
-            out.m[i][j] = sum;
-        }
-    return out;
-}
-
-transform placement_round(const placement *p) {
-    transform t;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++) t.m[i][j] = (float)p->m[i][j];
-    return t;
-}
-
-placement placement_from(const transform *t) {
-    placement p;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 4; j++) p.m[i][j] = (double)t->m[i][j];
-    return p;
-}
-
 static int push(lua_State *L, placement p, const char *label) {
-    transform rounded = placement_round(&p), inverse;
+    transform rounded = dtransform_round(&p), inverse;
     if (!transform_inverse(&rounded, &inverse))
         scene_fail(L, SNELL_ERR_SYNTAX, "scales must not be 0, nor distances beyond all measure",
                    "%s: flattens what it moves, or is not finite", label);
@@ -48,7 +19,7 @@ static int push(lua_State *L, placement p, const char *label) {
 placement values_get_placement(lua_State *L, const char *label) {
     lua_pushliteral(L, "transform");
     int kind = lua_rawget(L, 1);
-    placement p = placement_identity();
+    placement p = dtransform_identity();
     if (kind != LUA_TNIL) {
         const placement *given = luaL_testudata(L, -1, HANDLE_TRANSFORM);
         if (given == NULL)
@@ -67,7 +38,7 @@ static int multiply(lua_State *L) {
     if (a == NULL || b == NULL)
         scene_fail(L, SNELL_ERR_SYNTAX, "a * b applies b first",
                    "a transform can only be multiplied with a transform");
-    return push(L, placement_multiply(a, b), "transform product");
+    return push(L, dtransform_multiply(a, b), "transform product");
 }
 
 static int translate(lua_State *L) {

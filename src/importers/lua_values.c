@@ -131,6 +131,15 @@ void values_read_vec3(lua_State *L, int index, const char *label, const char *na
     read_numbers(L, index, label, name, "{x, y, z}", 3, out);
 }
 
+void values_refuse_both(lua_State *L, const char *label, const char *one, const char *other) {
+    bool both = get(L, one);
+    both &= get(L, other);
+    lua_pop(L, 2);
+    if (both)
+        scene_fail(L, SNELL_ERR_SYNTAX, "leave one of them out: the one stands for the other",
+                   "%s: both '%s' and '%s' are given", label, one, other);
+}
+
 const char *values_get_string(lua_State *L, const char *label, const char *name) {
     const char *text = NULL;
     if (get(L, name)) {
@@ -435,7 +444,7 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
         const placement *given = luaL_testudata(L, -1, HANDLE_TRANSFORM);
         if (given == NULL) fail_kind(L, -1, label, f->name, wanted);
         out->kind = SNELL_PARAM_TRANSFORM;
-        out->value.transform = placement_round(given);
+        out->value.transform = dtransform_round(given);
         break;
     }
     case FIELD_KEYS: motion_read_keys(L, label, f, out); break;

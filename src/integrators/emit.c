@@ -63,7 +63,7 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
     path_ray *child = matters(w, carried) ? push_ray(w, kind) : NULL;
     if (child == NULL) return NULL;
     /* In place, since rays are large and many. */
-    child->ray = scene_spawn_ray(p, d, INFINITY);
+    scene_spawn_ray(p, d, INFINITY, &child->ray);
     child->ray.time = r->ray.time;
     child->weight = carried;
     child->pixel = r->pixel;
@@ -78,10 +78,11 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
     return child;
 }
 
-void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m) {
+static path_ray *walk_on(wave *w, const path_ray *r, const hit *from, dvec3 weight,
+                         const media *m) {
     vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
     path_ray *child = matters(w, carried) ? push_ray(w, RAY_CONTINUED) : NULL;
-    if (child == NULL) return;
+    if (child == NULL) return NULL;
     *child = *r;
     child->ray.after_t = from->t;
     child->ray.after_instance = from->instance;
@@ -89,6 +90,21 @@ void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, c
     child->weight = carried;
     child->media = *m;
     child->kind = RAY_CONTINUED;
+    return child;
+}
+
+void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m) {
+    walk_on(w, r, from, weight, m);
+}
+
+void emit_through_pane(wave *w, const path_ray *r, const shade_point *p, dvec3 weight,
+                       uint32_t slot) {
+    path_ray *child = walk_on(w, r, w->at, weight, &w->beyond);
+    if (child == NULL) return;
+    child->code = path_code_child(r->code, slot);
+    child->ray.mask = UINT32_MAX;
+    child->primary = false; /* the pane has covered the pixel */
+    if (material_casts_full_shadow(p->material)) child->drawn_pdf = 0;
 }
 
 /* ---- direct light ---- */

@@ -84,6 +84,11 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
                    const media *m, uint32_t slot, ray_kind kind);
 /* r walks on through p as if it were not there, at the same depth. */
 void emit_continued(wave *w, const path_ray *r, const hit *from, dvec3 weight, const media *m);
+/* r goes straight on through the thin pane p that was hit, by chance: at the same depth, but with
+ * random numbers of its own. As shadow rays go the same way, what it meets is what light sampling
+ * could have found where r began. Hits come in order, so the walk ends. During `hit` only. */
+void emit_through_pane(wave *w, const path_ray *r, const shade_point *p, dvec3 weight,
+                       uint32_t slot);
 /* Direct light of every light, one shadow ray for each, or one for each representative of a mesh:
  * f(wo, wi) E max(0, n.l) if nothing blocks it.
  * LIGHT_CENTERS: from the middle of each light; light from everywhere falls on matte lobes with

@@ -7,7 +7,7 @@ static const medium vacuum = {.ior = 1};
 const medium *media_current(const media *m, const scene *s) {
     const medium *current = NULL;
     for (uint32_t i = 0; i < m->count; i++) {
-        const medium *here = &s->instances[m->instances[i]].inside;
+        const medium *here = &scene_part(s, m->instances[i])->inside;
         if (current == NULL || here->priority >= current->priority) current = here;
     }
     return current ? current : &vacuum;
@@ -29,29 +29,46 @@ bool media_leave(media *m, uint32_t id) {
     return false;
 }
 
-static double attenuate(double absorption, double distance) {
-    return absorption > 0 ? fn_exp(-absorption * distance) : 1;
+/* The distance may be infinite. */
+static double optical_depth(double absorption, double distance) {
+    return absorption > 0 ? absorption * distance : 0;
 }
 
 dvec3 media_transmittance(const media *m, const scene *s, double distance) {
     const medium *current = media_current(m, s);
     dvec3 a = current->absorption;
     if (!(dvec3_largest(a) > 0)) return (dvec3){1, 1, 1};
-    return (dvec3){attenuate(a.x, distance), attenuate(a.y, distance), attenuate(a.z, distance)};
+    double depth[3] = {-optical_depth(a.x, distance), -optical_depth(a.y, distance),
+                       -optical_depth(a.z, distance)};
+    double through[3];
+    fn_exp3(depth, through);
+    return (dvec3){through[0], through[1], through[2]};
+}
+
+typedef struct half_spaces {
+    const scene *s;
+    dvec3 p;
+    float time;
+    media *m;
+} half_spaces;
+
+static bool is_half_space(const scene_instance *at) { return at->bounds_half; }
+
+static snell_status enter_half_space(void *user, uint32_t number, const scene_instance *part) {
+    const half_spaces *h = user;
+    scene_instance room;
+    const scene_instance *at = scene_posed(h->s, number, h->time, &room);
+    if (part->type->side(part->shape, transform_point(&at->to_local, h->p)) > 0)
+        media_enter(h->m, number);
+    return SNELL_OK;
 }
 
 /* Walks from p to infinity. A closed surface that is left more often than entered surrounds p. */
 media media_around(const scene *s, snell_isa isa, vec3 p, float time) {
     media m = {0};
     if (!s->has_media) return m;
-    for (uint32_t i = 0; i < s->instance_count; i++) {
-        const scene_instance *at = &s->instances[i];
-        if (!at->has_medium || !at->type->unbounded || at->type->side == NULL) continue;
-        transform to_local = at->to_local, to_world;
-        if (at->moves && !motion_at(at->moves, time, &to_world, &to_local)) continue;
-        if (at->type->side(at->shape, transform_point(&to_local, dvec3_from(p))) > 0)
-            media_enter(&m, i);
-    }
+    half_spaces around_p = {s, dvec3_from(p), time, &m};
+    scene_each_shape(s, is_half_space, enter_half_space, &around_p);
     /* An irregular direction, so that the walk meets no edge of what people build. A surface that
      * is left without having been entered on the way surrounds p; the innermost is left first. */
     ray r = ray_make(p, (vec3){0.5477226f, 0.7745967f, 0.3162278f}, 0, INFINITY);
@@ -61,7 +78,7 @@ media media_around(const scene *s, snell_isa isa, vec3 p, float time) {
         hit h;
         accel_trace(s->accel, isa, &r, &h, 1, NULL);
         if (h.instance == NO_ID) break;
-        const scene_instance *at = &s->instances[h.instance];
+        const scene_instance *at = scene_part(s, h.instance);
         if (at->has_medium && !at->type->unbounded) {
             shade_point point;
             scene_shade_point(s, &r, &h, &point);

@@ -89,18 +89,15 @@ static void go_on(wave *w, const path_ray *r, const shade_point *p, const bsdf *
             next.wi = mirror_direction(p);
         }
     }
-    path_ray *child = emit_ray(w, r, p, next.wi, dvec3_scale(next.weight, 1 / survive),
-                               next.transmitted ? wave_beyond(w) : &r->media, next.transmitted,
-                               next.transmitted ? RAY_REFRACTED : RAY_REFLECTED);
-    if (child == NULL) return;
-    if (p->material->thin && next.transmitted && !(next.pdf > 0) &&
-        !material_casts_full_shadow(p->material)) {
-        /* Straight on, as shadow rays go too: what it meets, light sampling could have found. */
-        child->drawn_pdf = r->drawn_pdf;
-        child->drawn_n = r->drawn_n;
-        child->drawn_from = r->drawn_from;
+    dvec3 weight = dvec3_scale(next.weight, 1 / survive);
+    if (p->material->thin && next.transmitted && !(next.pdf > 0)) {
+        emit_through_pane(w, r, p, weight, next.transmitted);
         return;
     }
+    path_ray *child =
+        emit_ray(w, r, p, next.wi, weight, next.transmitted ? wave_beyond(w) : &r->media,
+                 next.transmitted, next.transmitted ? RAY_REFRACTED : RAY_REFLECTED);
+    if (child == NULL) return;
     child->drawn_pdf = (float)(next.pdf * survive);
     child->drawn_n = vec3_from(receiving_side(p, b));
     child->drawn_from = child->ray.o;

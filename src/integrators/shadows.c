@@ -6,10 +6,10 @@ enum { FILTER_STEPS_MAX = 10000 };
 
 /* What shadow rays pass as if it were not there does not absorb them either. */
 static media media_for_shadows(const media *m, const scene *s, bool met) {
-    if (met) return *m;
+    if (met || m->count == 0) return *m;
     media seen = {0};
     for (uint32_t i = 0; i < m->count; i++) {
-        const material *of = &s->materials[s->instances[m->instances[i]].medium_material];
+        const material *of = &s->materials[scene_part(s, m->instances[i])->medium_material];
         if (((const material_common *)of->desc)->shadow != SHADOW_NONE)
             media_enter(&seen, m->instances[i]);
     }
@@ -25,11 +25,11 @@ void emit_shadow_ray(wave *w, const path_ray *r, const shade_point *p, const lig
     bool met = w->settings.integrator->one_branch && from->pdf > 0;
     /* From the surface to the light: t = 1 is the light itself. */
     shadow_ray *s = &w->shadows[w->shadow_count++];
-    *s = (shadow_ray){.ray = scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1),
-                      .light = carried,
-                      .pixel = r->pixel,
-                      .met = met,
-                      .media = media_for_shadows(m, w->settings.scene, met)};
+    scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1, &s->ray);
+    s->light = carried;
+    s->pixel = r->pixel;
+    s->met = met;
+    s->media = media_for_shadows(m, w->settings.scene, met);
     if (!from->infinite) {
         dvec3 end = dvec3_add(p->p, from->to_end);
         s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));

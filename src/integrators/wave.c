@@ -134,6 +134,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
     bool straight = w->settings.integrator->one_branch && b.alpha >= 1 && wave_goes_straight_on(&b);
     if (straight) b.lobe_count = 0; /* it only shines */
+    w->at = h;
     w->settings.integrator->hit(w, r, &p, &b);
     if (straight) {
         r->primary = false; /* the surface has covered the pixel, as one that refracts has */
@@ -141,7 +142,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         emit_continued(w, r, h, b.lobes[0].weight, &w->beyond);
     }
     /* It hides nothing from shadow rays, so not from these either: its light comes on top. */
-    if (w->settings.scene->instances[h->instance].hidden_light)
+    if (scene_part(w->settings.scene, h->instance)->hidden_light)
         emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
 }
 
@@ -170,6 +171,16 @@ static void trace_wave(wave *w, size_t count) {
     }
     wave_test_shadows(w);
     w->pool_count -= count;
+    if (w->pool_count == 0) { /* mostly: nothing to copy */
+        path_ray *pool = w->pool;
+        size_t capacity = w->pool_capacity;
+        w->pool = w->next;
+        w->pool_count = w->next_count;
+        w->pool_capacity = w->next_capacity;
+        w->next = pool;
+        w->next_capacity = capacity;
+        return;
+    }
     if (!ARRAY_GROW(w->pool, w->pool_count, w->pool_capacity, w->next_count)) {
         w->out_of_memory = true;
         return;
@@ -251,8 +262,8 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     w->user = user;
     w->stopped = false;
     w->pool_count = w->shadow_count = 0;
-    if (!ARRAY_GROW(w->pool, 0, w->pool_capacity, size)) return error_no_memory();
     while (next.sample < w->settings.samples || w->pool_count > 0) {
+        if (!ARRAY_GROW(w->pool, w->pool_count, w->pool_capacity, size)) return error_no_memory();
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
          * starve the kernel. */
         for (size_t tried = 0; next.sample < w->settings.samples && w->pool_count < size &&

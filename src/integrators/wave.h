@@ -30,6 +30,7 @@ struct wave {
     film_block *film;
     uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
     media beyond;                              /* of the surface that a policy is asked about */
+    const hit *at;                             /* and where that is */
     bool out_of_memory, stopped;
     bool (*go_on)(void *user, const wave_stats *stats);
     void *user;

@@ -28,12 +28,12 @@ static snell_status shape(const void *desc, light_shape *out) {
 static dvec3 power(const light *l, double scene_radius) {
     (void)scene_radius;
     const disk_light_desc *desc = l->desc;
-    double a = area(desc);
-    return dvec3_scale(surface_light_radiance(desc->radiance, desc->power, a), PI * a);
+    return surface_light_power(desc->radiance, desc->power, area(desc));
 }
 
 const light_type light_disk = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, disk_light, "disk", "a disk that shines to one side"),
+    .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, disk_light, "disk", "a disk that shines to one side",
+                             "radiance|power"),
     .check = check,
     .shape = shape,
     .power = power,

@@ -27,12 +27,13 @@ typedef struct environment_state {
 typedef struct environment {
     const environment_desc *desc;
     const texture *textures;
+    double du, dv; /* the footprint of a look; 0: a point */
 } environment;
 
 /* By the map's own directions, before it is turned. */
 static dvec3 look_up(const void *user, dvec3 d) {
     const environment *e = user;
-    texture_point at = {.has_uv = true, .local = d, .n = d};
+    texture_point at = {.has_uv = true, .local = d, .n = d, .dudx = e->du, .dvdy = e->dv};
     sphere_map_coordinates(d, &at.u, &at.v);
     return input_color(&e->desc->radiance, e->textures, &at);
 }
@@ -46,7 +47,7 @@ static dvec3 turn(const environment_state *s, dvec3 d, double way) {
 static dvec3 radiance(const light *l, dvec3 d) {
     const environment_state *s = l->state;
     const environment_desc *desc = l->desc;
-    environment e = {desc, l->textures};
+    environment e = {desc, l->textures, 0, 0};
     return s->constant ? dvec3_from(desc->radiance.value) : look_up(&e, turn(s, d, -1));
 }
 
@@ -78,6 +79,12 @@ static dvec3 irradiance(const light *l, dvec3 n) {
     return sphere_map_irradiance(&s->map, turn(s, n, -1));
 }
 
+static double brightest(const light *l) {
+    const environment_state *s = l->state;
+    const environment_desc *desc = l->desc;
+    return s->constant ? (double)vec3_largest(desc->radiance.value) : s->map.brightest;
+}
+
 static dvec3 power(const light *l, double scene_radius) {
     const environment_state *s = l->state;
     const environment_desc *desc = l->desc;
@@ -85,21 +92,26 @@ static dvec3 power(const light *l, double scene_radius) {
     return dvec3_scale(mean, 4 * PI * PI * scene_radius * scene_radius);
 }
 
-/* As many cells as pixels, or as the grid may have; then no two of the directions in a cell are more
- * than a pixel apart. false: cells are not pixels. */
-static bool grid_size(const texture *t, uint32_t *width, uint32_t *height, uint32_t *detail) {
-    *width = 256, *height = 128, *detail = DETAIL_MIN;
-    if (t->type->size == NULL) return false;
-    uint32_t w, h;
+/* As many cells as pixels, or as the grid may have. Then no two of the directions in a cell are more
+ * than a pixel apart, or each is seen with a footprint as wide as they are apart, in the image's mip
+ * maps. */
+static sphere_grid grid_of(const texture *t, environment *e) {
+    sphere_grid grid = {256, 128, DETAIL_MIN, true};
+    if (t->type->size == NULL) return grid;
+    uint32_t w, h, shrink = 1;
     t->type->size(t->desc, &w, &h);
-    uint32_t shrink = 1;
     while (w / shrink > GRID_WIDTH_MAX || h / shrink > GRID_HEIGHT_MAX) shrink++;
-    *width = w / shrink;
-    *height = h / shrink;
-    if (*width < 1) *width = 1;
-    if (*height < 1) *height = 1;
-    *detail = shrink > 1 ? shrink + 1 : DETAIL_MIN;
-    return shrink == 1;
+    grid.width = w / shrink < 1 ? 1 : w / shrink;
+    grid.height = h / shrink < 1 ? 1 : h / shrink;
+    if (shrink == 1) {
+        grid.spills = false;
+    } else if (texture_filters(t) && (t->map == MAP_AUTO || t->map == MAP_UV)) {
+        e->du = 1.0 / (grid.width * DETAIL_MIN);
+        e->dv = 1.0 / (grid.height * DETAIL_MIN);
+    } else {
+        grid.detail = shrink + 1;
+    }
+    return grid;
 }
 
 static void release(void *state) {
@@ -108,7 +120,8 @@ static void release(void *state) {
     free(s);
 }
 
-static snell_status prepare(const void *desc, const texture *textures, void **state) {
+static snell_status prepare(const void *desc, const texture *textures, thread_pool *pool,
+                            void **state) {
     const environment_desc *l = desc;
     environment_state *s = memory_zeroed(1, sizeof *s);
     if (s == NULL) return error_no_memory();
@@ -117,11 +130,9 @@ static snell_status prepare(const void *desc, const texture *textures, void **st
     s->constant = l->radiance.texture.index1 == 0;
     snell_status status = SNELL_OK;
     if (!s->constant) {
-        environment e = {l, textures};
-        uint32_t width, height, detail;
-        bool pixels =
-            grid_size(&textures[l->radiance.texture.index1 - 1], &width, &height, &detail);
-        status = sphere_map_build(width, height, detail, !pixels, look_up, &e, &s->map);
+        environment e = {l, textures, 0, 0};
+        sphere_grid grid = grid_of(&textures[l->radiance.texture.index1 - 1], &e);
+        status = sphere_map_build(&grid, pool, look_up, &e, &s->map);
     }
     if (status)
         release(s);
@@ -139,6 +150,7 @@ const light_type light_environment = {
     .radiance = radiance,
     .pdf = pdf,
     .irradiance = irradiance,
+    .brightest = brightest,
     .power = power,
     .prepare = prepare,
     .release = release,

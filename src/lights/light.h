@@ -9,6 +9,7 @@
 #ifndef SNELL_LIGHTS_LIGHT_H
 #define SNELL_LIGHTS_LIGHT_H
 
+#include "base/thread.h"
 #include "geometry/primitive.h"
 #include "sampling/sampling.h"
 #include "textures/texture.h"
@@ -53,6 +54,8 @@ typedef struct light_type {
     /* The irradiance of a surface of normal n when nothing is in the way, W/m^2, where light comes
      * from everywhere: appel and whitted light diffuse surfaces with it. NULL: they sample it. */
     dvec3 (*irradiance)(const light *l, dvec3 n);
+    /* The largest component of its radiance anywhere, about; of those with `irradiance`. */
+    double (*brightest)(const light *l);
     /* The power that it sends out, W, for choosing among many. The infinitely far are asked about a
      * disk of the radius of the scene. */
     dvec3 (*power)(const light *l, double scene_radius);
@@ -61,7 +64,8 @@ typedef struct light_type {
     void (*place)(const light *l, dvec3 *position, dvec3 *axis, double *cos_spread);
 
     /* What sampling needs beside the description. `textures` is the frozen scene's array. */
-    snell_status (*prepare)(const void *desc, const texture *textures, void **state);
+    snell_status (*prepare)(const void *desc, const texture *textures, thread_pool *pool,
+                            void **state);
     void (*release)(void *state);
 
     bool casts_shadow; /* false: the headlight, which sees what the camera sees */

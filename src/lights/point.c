@@ -33,7 +33,8 @@ static void place(const light *l, dvec3 *position, dvec3 *axis, double *cos_spre
 }
 
 const light_type light_point = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, point, "point", "shines from one point in every direction"),
+    .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, point, "point",
+                             "shines from one point in every direction", "intensity|power"),
     .sample = sample,
     .power = power,
     .place = place,

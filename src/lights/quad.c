@@ -66,12 +66,13 @@ static snell_status shape(const void *desc, light_shape *out) {
 static dvec3 power(const light *l, double scene_radius) {
     (void)scene_radius;
     const quad_light_desc *desc = l->desc;
-    double a = area(desc);
-    return dvec3_scale(surface_light_radiance(desc->radiance, desc->power, a), PI * a);
+    return surface_light_power(desc->radiance, desc->power, area(desc));
 }
 
 const light_type light_quad = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, quad_light, "quad", "a rectangle that shines to one side"),
+    .info =
+        TYPE_INFO_EITHER(CATEGORY_LIGHT, quad_light, "quad", "a rectangle that shines to one side",
+                         "corner u v|center at width height;radiance|power"),
     .check = check,
     .shape = shape,
     .power = power,

@@ -127,20 +127,23 @@ static void release(void *state) {
 }
 
 /* The map is made twice: the ground reflects what the sky above it sends. */
-static snell_status prepare(const void *desc, const texture *textures, void **state) {
+static snell_status prepare(const void *desc, const texture *textures, thread_pool *pool,
+                            void **state) {
     (void)textures;
+    static const sphere_grid coarse = {GRID_WIDTH, GRID_HEIGHT, 1, false},
+                             fine = {GRID_WIDTH, GRID_HEIGHT, 2, false};
     const sky_desc *l = desc;
     sky_state *s = memory_zeroed(1, sizeof *s);
     if (s == NULL) return error_no_memory();
     fill_state(l, s);
-    snell_status status = sphere_map_build(GRID_WIDTH, GRID_HEIGHT, 1, false, look_up, s, &s->map);
+    snell_status status = sphere_map_build(&coarse, pool, look_up, s, &s->map);
     if (!status) {
         dvec3 down = sphere_map_irradiance(&s->map, (dvec3){0, 1, 0});
         dvec3 sun = sky_sun_irradiance(s->sun.y, (double)l->turbidity);
         down = dvec3_add(down, dvec3_scale(sun, s->sun.y * s->scale));
         s->ground = dvec3_scale(dvec3_mul(dvec3_from(l->ground), down), 1 / PI);
         sphere_map_free(&s->map);
-        status = sphere_map_build(GRID_WIDTH, GRID_HEIGHT, 2, false, look_up, s, &s->map);
+        status = sphere_map_build(&fine, pool, look_up, s, &s->map);
     }
     if (status)
         release(s);
@@ -174,6 +177,8 @@ static dvec3 power(const light *l, double scene_radius) {
     return dvec3_scale(s->map.mean, 4 * PI * PI * scene_radius * scene_radius);
 }
 
+static double brightest(const light *l) { return ((const sky_state *)l->state)->map.brightest; }
+
 static bool is_visible(const void *desc) { return ((const sky_desc *)desc)->visible; }
 
 const light_type light_sky = {
@@ -183,6 +188,7 @@ const light_type light_sky = {
     .radiance = radiance,
     .pdf = pdf,
     .irradiance = irradiance,
+    .brightest = brightest,
     .power = power,
     .prepare = prepare,
     .release = release,

@@ -29,12 +29,12 @@ static snell_status shape(const void *desc, light_shape *out) {
 static dvec3 power(const light *l, double scene_radius) {
     (void)scene_radius;
     const sphere_light_desc *desc = l->desc;
-    double a = area(desc);
-    return dvec3_scale(surface_light_radiance(desc->radiance, desc->power, a), PI * a);
+    return surface_light_power(desc->radiance, desc->power, area(desc));
 }
 
 const light_type light_sphere = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, sphere_light, "sphere", "a sphere that shines"),
+    .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, sphere_light, "sphere", "a sphere that shines",
+                             "radiance|power"),
     .check = check,
     .shape = shape,
     .power = power,

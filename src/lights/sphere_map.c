@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "lights/light.h"
 #include "maths/functions.h"
+#include "sampling/warp.h"
 
 dvec3 sphere_map_direction(double u, double v) {
     double polar = (1 - v) * PI, turn = (u - 0.5) * (2 * PI), s = fn_sin(polar);
@@ -21,6 +22,10 @@ void sphere_map_coordinates(dvec3 d, double *u, double *v) {
 /* The cosine of the polar angle at the upper edge of a row. */
 static double edge_cosine(const sphere_map *map, uint32_t row) {
     return row == 0 ? 1 : row == map->height ? -1 : fn_cos(PI * row / map->height);
+}
+
+static double row_solid_angle(const sphere_map *map, uint32_t y) { /* of one cell */
+    return (edge_cosine(map, y) - edge_cosine(map, y + 1)) * (2 * PI / map->width);
 }
 
 static void harmonics_at(dvec3 d, double y[9]) {
@@ -44,27 +49,104 @@ static void add_direction(sphere_map *map, dvec3 d, dvec3 radiance, double solid
     map->mean = dvec3_add(map->mean, dvec3_scale(radiance, solid_angle / (4 * PI)));
 }
 
-/* The mean luminance of a cell. */
-static double look_at_cell(sphere_map *map, uint32_t x, uint32_t y, uint32_t detail,
-                           double solid_angle, sphere_radiance_fn *radiance, const void *user) {
-    double sum = 0, share = 1.0 / ((double)detail * detail);
-    for (uint32_t j = 0; j < detail; j++)
-        for (uint32_t i = 0; i < detail; i++) {
-            double u = (x + (i + 0.5) / detail) / map->width,
-                   v = 1 - (y + (j + 0.5) / detail) / map->height;
-            dvec3 d = sphere_map_direction(u, v), l = radiance(user, d);
-            add_direction(map, d, l, solid_angle * share);
-            sum += LUMINANCE(l) * share;
-        }
-    return sum;
+/* ---- looking around ---- */
+
+typedef struct survey {
+    const sphere_grid *grid;
+    sphere_radiance_fn *radiance;
+    const void *user;
+    double *turns;     /* sine and cosine of the longitude of each column of directions */
+    dvec3 *seen;       /* radiance, of some rows: by row, cell, then direction in the cell */
+    double *luminance; /* of every cell, the mean */
+    uint32_t first_row;
+} survey;
+
+/* A row of directions, by its polar angle. */
+typedef struct latitude {
+    double cosine, sine;
+} latitude;
+
+static latitude latitude_of(const sphere_grid *g, uint32_t y, uint32_t j) {
+    double v = 1 - (y + (j + 0.5) / g->detail) / g->height, polar = (1 - v) * PI;
+    return (latitude){fn_cos(polar), fn_sin(polar)};
 }
 
-/* From sums to a distribution function that ends in 1, or stays 0. */
-static void normalise(double *cdf, size_t count) {
-    if (!(cdf[count] > 0)) return;
-    for (size_t i = 0; i < count; i++) cdf[i] /= cdf[count];
-    cdf[count] = 1;
+static dvec3 direction_at(const survey *s, latitude at, uint32_t x, uint32_t i) {
+    const double *turn = s->turns + 2 * ((size_t)x * s->grid->detail + i);
+    return (dvec3){at.sine * turn[0], at.cosine, -at.sine * turn[1]};
 }
+
+static void fill_turns(survey *s) {
+    const sphere_grid *g = s->grid;
+    for (uint32_t x = 0; x < g->width; x++)
+        for (uint32_t i = 0; i < g->detail; i++) {
+            double u = (x + (i + 0.5) / g->detail) / g->width, turn = (u - 0.5) * (2 * PI);
+            double *out = s->turns + 2 * ((size_t)x * g->detail + i);
+            out[0] = fn_sin(turn);
+            out[1] = fn_cos(turn);
+        }
+}
+
+static size_t row_size(const sphere_grid *g) { /* in directions */
+    return (size_t)g->width * g->detail * g->detail;
+}
+
+static void look_at_row(void *data, size_t index, uint32_t worker) {
+    (void)worker;
+    const survey *s = data;
+    const sphere_grid *g = s->grid;
+    uint32_t y = s->first_row + (uint32_t)index;
+    double share = 1.0 / ((double)g->detail * g->detail);
+    for (uint32_t j = 0; j < g->detail; j++) {
+        latitude at = latitude_of(g, y, j);
+        for (uint32_t x = 0; x < g->width; x++) {
+            dvec3 *out = s->seen + index * row_size(g) + ((size_t)x * g->detail + j) * g->detail;
+            double *sum = &s->luminance[(size_t)y * g->width + x];
+            for (uint32_t i = 0; i < g->detail; i++) {
+                out[i] = s->radiance(s->user, direction_at(s, at, x, i));
+                *sum += LUMINANCE(out[i]) * share;
+            }
+        }
+    }
+}
+
+/* Always in the same order, so that sums do not depend on the threads. */
+static void add_row(const survey *s, size_t index, sphere_map *map) {
+    const sphere_grid *g = s->grid;
+    uint32_t y = s->first_row + (uint32_t)index;
+    const dvec3 *seen = s->seen + index * row_size(g);
+    double share = row_solid_angle(map, y) * (1.0 / ((double)g->detail * g->detail));
+    for (uint32_t x = 0; x < g->width; x++)
+        for (uint32_t j = 0; j < g->detail; j++) {
+            latitude at = latitude_of(g, y, j);
+            for (uint32_t i = 0; i < g->detail; i++, seen++) {
+                add_direction(map, direction_at(s, at, x, i), *seen, share);
+                map->brightest = double_max(map->brightest, dvec3_largest(*seen));
+            }
+        }
+}
+
+static snell_status look_around(survey *s, thread_pool *pool, sphere_map *map) {
+    enum { DIRECTIONS_AT_ONCE = 1 << 20 };
+    const sphere_grid *g = s->grid;
+    size_t rows = DIRECTIONS_AT_ONCE / row_size(g) + 1, columns = (size_t)g->width * g->detail;
+    if (rows > g->height) rows = g->height;
+    s->turns = memory_resize(NULL, 2 * columns, sizeof *s->turns);
+    s->seen = memory_resize(NULL, rows * row_size(g), sizeof *s->seen);
+    bool ready = s->turns && s->seen;
+    if (ready) fill_turns(s);
+    for (uint32_t y = 0; y < g->height && ready; y += (uint32_t)rows) {
+        size_t count = g->height - y < rows ? g->height - y : rows;
+        s->first_row = y;
+        thread_pool_run(pool, count, look_at_row, s);
+        for (size_t i = 0; i < count; i++) add_row(s, i, map);
+    }
+    free(s->turns);
+    free(s->seen);
+    return ready ? SNELL_OK : error_no_memory();
+}
+
+/* ---- the distribution ---- */
 
 /* A cell is drawn at least so often, by the brightest of those that touch it: what is bright may reach
  * into it between the directions that were looked at. */
@@ -81,63 +163,46 @@ static double brightest_near(const sphere_map *map, const double *luminance, uin
     return brightest;
 }
 
-static double row_solid_angle(const sphere_map *map, uint32_t y) { /* of one cell */
-    return (edge_cosine(map, y) - edge_cosine(map, y + 1)) * (2 * PI / map->width);
-}
-
-static void fill_distributions(sphere_map *map, const double *luminance, bool spills) {
+/* weights: room for a row and for a column. */
+static void fill_distributions(sphere_map *map, const double *luminance, bool spills,
+                               double *weights) {
+    double *rows = weights + map->width;
     for (uint32_t y = 0; y < map->height; y++) {
-        double *cells = map->cells + (size_t)y * (map->width + 1);
+        double *cells = map->cells + (size_t)y * (map->width + 1), sum = 0;
         for (uint32_t x = 0; x < map->width; x++) {
             double l = luminance[(size_t)y * map->width + x];
             if (spills) l = double_max(l, SPILL * brightest_near(map, luminance, x, y));
-            cells[x + 1] = cells[x] + l;
+            sum += weights[x] = l;
         }
-        map->rows[y + 1] = map->rows[y] + cells[map->width] * row_solid_angle(map, y);
-        normalise(cells, map->width);
+        distribution1_fill(weights, map->width, cells);
+        rows[y] = sum * row_solid_angle(map, y);
     }
-    normalise(map->rows, map->height);
+    map->black = !distribution1_fill(rows, map->height, map->rows);
 }
 
-snell_status sphere_map_build(uint32_t width, uint32_t height, uint32_t detail, bool spills,
+snell_status sphere_map_build(const sphere_grid *grid, thread_pool *pool,
                               sphere_radiance_fn *radiance, const void *user, sphere_map *out) {
-    *out = (sphere_map){.width = width, .height = height};
-    double *luminance = memory_resize(NULL, (size_t)width * height, sizeof *luminance);
-    out->rows = memory_zeroed((size_t)height + 1, sizeof *out->rows);
-    out->cells = memory_zeroed((size_t)height * (width + 1), sizeof *out->cells);
-    if (!luminance || !out->rows || !out->cells) {
-        free(luminance);
-        sphere_map_free(out);
-        return error_no_memory();
-    }
-    for (uint32_t y = 0; y < height; y++)
-        for (uint32_t x = 0; x < width; x++)
-            luminance[(size_t)y * width + x] =
-                look_at_cell(out, x, y, detail, row_solid_angle(out, y), radiance, user);
-    fill_distributions(out, luminance, spills);
+    size_t width = grid->width, height = grid->height;
+    *out = (sphere_map){.width = grid->width, .height = grid->height};
+    double *luminance = memory_zeroed(width * height, sizeof *luminance);
+    double *weights = memory_resize(NULL, width + height, sizeof *weights);
+    out->rows = memory_resize(NULL, height + 1, sizeof *out->rows);
+    out->cells = memory_resize(NULL, height * (width + 1), sizeof *out->cells);
+    snell_status status = SNELL_OK;
+    if (!luminance || !weights || !out->rows || !out->cells) status = error_no_memory();
+    survey s = {grid, radiance, user, NULL, NULL, luminance, 0};
+    if (!status) status = look_around(&s, pool, out);
+    if (!status) fill_distributions(out, luminance, grid->spills, weights);
+    if (status) sphere_map_free(out);
     free(luminance);
-    return SNELL_OK;
+    free(weights);
+    return status;
 }
 
 void sphere_map_free(sphere_map *map) {
     free(map->rows);
     free(map->cells);
     *map = (sphere_map){0};
-}
-
-/* The interval of the distribution function that u lies in, and where in it, in [0,1). */
-static uint32_t find_interval(const double *cdf, uint32_t count, double u, double *within) {
-    uint32_t low = 0, high = count;
-    while (high - low > 1) {
-        uint32_t middle = low + (high - low) / 2;
-        if (cdf[middle] <= u)
-            low = middle;
-        else
-            high = middle;
-    }
-    double width = cdf[low + 1] - cdf[low];
-    *within = width > 0 ? (u - cdf[low]) / width : 0.5;
-    return low;
 }
 
 /* Within a cell directions are uniform in longitude and in the cosine of the polar angle, that is
@@ -149,10 +214,11 @@ static double cell_pdf(const sphere_map *map, uint32_t x, uint32_t y) {
 }
 
 bool sphere_map_sample(const sphere_map *map, sample2 u, dvec3 *d, double *pdf) {
-    if (!(map->rows[map->height] > 0)) return false;
+    if (map->black) return false;
     double across, down;
-    uint32_t y = find_interval(map->rows, map->height, u.y, &down);
-    uint32_t x = find_interval(map->cells + (size_t)y * (map->width + 1), map->width, u.x, &across);
+    uint32_t y = distribution1_find(map->rows, map->height, u.y, &down);
+    const double *cells = map->cells + (size_t)y * (map->width + 1);
+    uint32_t x = distribution1_find(cells, map->width, u.x, &across);
     double top = edge_cosine(map, y), bottom = edge_cosine(map, y + 1);
     double cosine = top + (bottom - top) * down, sine = sqrt(double_max(0, 1 - cosine * cosine));
     double turn = ((x + across) / map->width - 0.5) * (2 * PI);
@@ -162,6 +228,7 @@ bool sphere_map_sample(const sphere_map *map, sample2 u, dvec3 *d, double *pdf) 
 }
 
 double sphere_map_pdf(const sphere_map *map, dvec3 d) {
+    if (map->black) return 0;
     double u, v;
     sphere_map_coordinates(d, &u, &v);
     uint32_t x = (uint32_t)(u * map->width), y = (uint32_t)((1 - v) * map->height);

@@ -7,6 +7,7 @@
 #define SNELL_LIGHTS_SPHERE_MAP_H
 
 #include "base/error.h"
+#include "base/thread.h"
 #include "maths/vec.h"
 #include "sampling/sampling.h"
 
@@ -16,6 +17,8 @@ typedef struct sphere_map {
     uint32_t width, height;
     double *rows;       /* height + 1: the distribution function over rows, from the top (+Y) */
     double *cells;      /* height x (width + 1): the distribution function within each row */
+    bool black;         /* nowhere is anything: then both mean nothing */
+    double brightest;   /* the largest component of what was looked at */
     dvec3 mean;         /* radiance, over the sphere */
     dvec3 harmonics[9]; /* of radiance, the real spherical harmonics up to the second order */
 } sphere_map;
@@ -25,7 +28,12 @@ void sphere_map_coordinates(dvec3 d, double *u, double *v);
 
 /* A grid of width x height cells; in each, detail x detail directions are looked at. spills: cells
  * beside bright ones are drawn too, where those directions may miss something. */
-snell_status sphere_map_build(uint32_t width, uint32_t height, uint32_t detail, bool spills,
+typedef struct sphere_grid {
+    uint32_t width, height, detail;
+    bool spills;
+} sphere_grid;
+/* `radiance` is called by the pool's workers at once; the same bits for any number of them. */
+snell_status sphere_map_build(const sphere_grid *grid, thread_pool *pool,
                               sphere_radiance_fn *radiance, const void *user, sphere_map *out);
 void sphere_map_free(sphere_map *map);
 

@@ -89,8 +89,9 @@ static void place(const light *l, dvec3 *position, dvec3 *axis, double *cos_spre
     *cos_spread = s->cos_outer;
 }
 
-static snell_status prepare(const void *desc, const texture *textures, void **state) {
-    (void)textures;
+static snell_status prepare(const void *desc, const texture *textures, thread_pool *pool,
+                            void **state) {
+    (void)textures, (void)pool;
     spot_state *s = memory_resize(NULL, 1, sizeof *s);
     if (s == NULL) return error_no_memory();
     *s = state_of(desc);
@@ -99,7 +100,8 @@ static snell_status prepare(const void *desc, const texture *textures, void **st
 }
 
 const light_type light_spot = {
-    .info = TYPE_INFO(CATEGORY_LIGHT, spot, "spot", "shines from one point into a cone"),
+    .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, spot, "spot", "shines from one point into a cone",
+                             "intensity|power"),
     .check = check,
     .sample = sample,
     .power = power,

@@ -11,6 +11,10 @@ dvec3 surface_light_radiance(vec3 radiance, vec3 power, double area) {
     return dvec3_largest(p) > 0 ? dvec3_scale(p, 1 / (PI * area)) : dvec3_from(radiance);
 }
 
+dvec3 surface_light_power(vec3 radiance, vec3 power, double area) {
+    return dvec3_scale(surface_light_radiance(radiance, power, area), PI * area);
+}
+
 snell_status surface_light_check(const char *name, vec3 power, double area) {
     if (dvec3_largest(surface_light_radiance((vec3){0, 0, 0}, power, area)) <= (double)FLT_MAX)
         return SNELL_OK;

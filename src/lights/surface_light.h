@@ -16,6 +16,9 @@
  * P = pi L A. */
 dvec3 surface_light_radiance(vec3 radiance, vec3 power, double area);
 
+/* What it sends out, W. */
+dvec3 surface_light_power(vec3 radiance, vec3 power, double area);
+
 /* Refuses a power that so small an area would have to send with more radiance than floats hold. */
 snell_status surface_light_check(const char *name, vec3 power, double area);
 

@@ -13,9 +13,18 @@ lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
     /* A lobe that does nothing costs time; but what lets nothing pass still reflects. */
     if (!(dvec3_largest(weight) > 0) && !type->transmits) return NULL;
     assert(b->lobe_count < LOBES_MAX);
+    const dvec3 none = {0, 0, 0};
     lobe *l = &b->lobes[b->lobe_count++];
-    *l = (lobe){
-        .type = type, .weight = weight, .exponent = parameter, .share = -1, .reflected = {1, 1, 1}};
+    l->type = type;
+    l->weight = weight;
+    l->exponent = parameter;
+    l->fresnel.kind = FRESNEL_NONE;
+    l->fresnel.a = none;
+    l->fresnel.b = none;
+    l->mirror_share = 0;
+    l->share = -1;
+    l->reflected = (dvec3){1, 1, 1};
+    l->coats = 0;
     return l;
 }
 

@@ -69,7 +69,8 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
 }
 
 const material_type material_conductor = {
-    .info = TYPE_INFO(CATEGORY_MATERIAL, conductor, "conductor", "metal, smooth or rough"),
+    .info = TYPE_INFO_EITHER(CATEGORY_MATERIAL, conductor, "conductor", "metal, smooth or rough",
+                             "metal|eta k"),
     .check = check,
     .fill = fill,
 };

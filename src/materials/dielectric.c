@@ -36,8 +36,9 @@ static medium inside(const void *desc) {
 }
 
 const material_type material_dielectric = {
-    .info = TYPE_INFO(CATEGORY_MATERIAL, dielectric, "dielectric",
-                      "glass, water: reflects and refracts"),
+    .info = TYPE_INFO_EITHER(CATEGORY_MATERIAL, dielectric, "dielectric",
+                             "glass, water: reflects and refracts",
+                             "absorption|attenuation_color attenuation_distance"),
     .fill = fill,
     .inside = inside,
 };

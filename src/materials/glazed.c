@@ -1,6 +1,6 @@
 /* A mirror coat over another material: L = L_a + L_r + L_m (Cornell CS4620, "Mirror reflection").
- * L_a and L_r are the base's; L_m = reflectance * Trace(reflect), or Fresnel's reflectance where an
- * ior is given. */
+ * L_a and L_r are the base's, as are what it sends out and where it is there; L_m = reflectance *
+ * Trace(reflect), or Fresnel's reflectance where an ior is given. */
 #include "materials/material.h"
 
 #include "base/error.h"
@@ -38,9 +38,30 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
     if (coat && m->ior > 0) coat->fresnel = fresnel_of_ior((double)m->ior);
 }
 
+static dvec3 emission(const void *desc, const material_point *point) {
+    return material_emission(&point->materials[((const glazed_desc *)desc)->base.index1 - 1],
+                             point);
+}
+
+static bool shines(const void *desc, const material *materials) {
+    if (materials == NULL) return false;
+    const material *base = &materials[((const glazed_desc *)desc)->base.index1 - 1];
+    return material_emits(base->type, base->desc);
+}
+
+static double opacity(const void *desc, const material_point *point) {
+    material_point own = *point;
+    own.alpha = 1; /* the vertices' counts once, for the whole */
+    return material_alpha(&point->materials[((const glazed_desc *)desc)->base.index1 - 1], &own);
+}
+
 const material_type material_glazed = {
-    .info = TYPE_INFO(CATEGORY_MATERIAL, glazed, "glazed", "a mirror coat over another material"),
+    .info = TYPE_INFO_EITHER(CATEGORY_MATERIAL, glazed, "glazed",
+                             "a mirror coat over another material", "reflectance|ior"),
     .check = check,
     .fill = fill,
+    .emission = emission,
+    .shines = shines,
+    .opacity = opacity,
     .may_gain = true, /* the base does not know of the coat */
 };

@@ -11,6 +11,7 @@ double fn_acos(double x);
 double fn_atan(double x);
 double fn_atan2(double y, double x);
 double fn_exp(double x);
+void fn_exp3(const double x[3], double out[3]); /* the same bits as three fn_exp, sooner */
 double fn_log(double x);
 double fn_pow(double x, double y);
 

@@ -243,14 +243,41 @@ static bool turns(const transform *from, const transform *to) {
     return fabs(quaternion_dot(decompose(&a).turn, decompose(&b).turn)) < 1 - 1e-14;
 }
 
-static void append_step(const motion_key *keys, size_t count, double time, motion *out) {
+static snell_status append_step(const motion_key *keys, size_t count, double time, motion *out,
+                                size_t *capacity) {
     double m[3][4];
+    if (out->count == MOTION_STEPS_MAX)
+        return error_set(SNELL_ERR_ARGUMENT,
+                         "fewer keys, or a camera whose shutter sees few of them",
+                         "a motion of more than %d linear steps", MOTION_STEPS_MAX);
+    if (!ARRAY_GROW(out->steps, out->count, *capacity, 1)) return error_no_memory();
     motion_interpolate(keys, count, time, m);
     motion_key *step = &out->steps[out->count];
     step->time = (float)time;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 4; j++) step->transform.m[i][j] = (float)m[i][j];
     if (out->count == 0 || step->time > out->steps[out->count - 1].time) out->count++;
+    return SNELL_OK;
+}
+
+/* The steps of one motion: of each turn MOTION_STEPS, of what is linear the keys alone. */
+static snell_status append_steps(const motion_key *keys, size_t count, double low, double high,
+                                 motion *out) {
+    size_t capacity = 0;
+    snell_status status = append_step(keys, count, low, out, &capacity);
+    for (double at = low; at < high && !status;) {
+        size_t key = find_key(keys, count, at);
+        double end = double_min(high, (double)keys[key + 1].time);
+        int pieces = turns(&keys[key].transform, &keys[key + 1].transform) ? MOTION_STEPS : 1;
+        for (int i = 1; i <= pieces && !status; i++)
+            status = append_step(keys, count, i == pieces ? end : mix(at, end, (double)i / pieces),
+                                 out, &capacity);
+        at = end;
+    }
+    if (status) return status;
+    motion_key *fitting = memory_resize(out->steps, out->count, sizeof *out->steps);
+    if (fitting) out->steps = fitting;
+    return SNELL_OK;
 }
 
 snell_status motion_prepare(const motion_key *keys, size_t count, double open, double close,
@@ -258,16 +285,11 @@ snell_status motion_prepare(const motion_key *keys, size_t count, double open, d
     double first = (double)keys[0].time, last = (double)keys[count - 1].time;
     double low = double_min(double_max(open, first), last),
            high = double_max(double_min(close, last), first);
-    *out = (motion){memory_resize(NULL, (count + 1) * MOTION_STEPS + 1, sizeof *out->steps), 0};
-    if (out->steps == NULL) return error_no_memory();
-    append_step(keys, count, low, out);
-    for (double at = low; at < high;) {
-        size_t key = find_key(keys, count, at);
-        double end = double_min(high, (double)keys[key + 1].time);
-        int pieces = turns(&keys[key].transform, &keys[key + 1].transform) ? MOTION_STEPS : 1;
-        for (int i = 1; i <= pieces; i++)
-            append_step(keys, count, i == pieces ? end : mix(at, end, (double)i / pieces), out);
-        at = end;
+    *out = (motion){NULL, 0};
+    snell_status status = append_steps(keys, count, low, high, out);
+    if (status) {
+        motion_free(out);
+        return status;
     }
     for (uint32_t i = 0; i + 1 < out->count; i++) {
         if (stays_regular(&out->steps[i].transform, &out->steps[i + 1].transform)) continue;

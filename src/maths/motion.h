@@ -21,6 +21,8 @@ typedef struct motion {
 
 /* Linear pieces of each turn between two keys, or between a key and the shutter's end. */
 enum { MOTION_STEPS = 16 };
+/* More steps in what the shutters see are refused: 52 MiB for one motion. */
+enum { MOTION_STEPS_MAX = 1 << 20 };
 
 /* count >= 1, finite, ascending in time, each invertible. Errors begin with `what`. */
 snell_status motion_check(const motion_key *keys, size_t count, const char *what);
@@ -28,7 +30,7 @@ snell_status motion_check(const motion_key *keys, size_t count, const char *what
  * than half a turn apart. */
 void motion_interpolate(const motion_key *keys, size_t count, double time, double out[3][4]);
 /* The steps between two times (-INFINITY and INFINITY: all keys); an error where the motion becomes
- * singular on its way. */
+ * singular on its way, or has more than MOTION_STEPS_MAX. Takes the memory of the steps there are. */
 snell_status motion_prepare(const motion_key *keys, size_t count, double open, double close,
                             motion *out);
 void motion_free(motion *m);

@@ -44,6 +44,31 @@ transform transform_multiply(const transform *a, const transform *b) {
     return out;
 }
 
+dtransform dtransform_from(const transform *t) {
+    dtransform p;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) p.m[i][j] = (double)t->m[i][j];
+    return p;
+}
+
+dtransform dtransform_multiply(const dtransform *a, const dtransform *b) {
+    dtransform out;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) {
+            double sum = j == 3 ? a->m[i][3] : 0;
+            for (int k = 0; k < 3; k++) sum += a->m[i][k] * b->m[k][j];
+            out.m[i][j] = sum;
+        }
+    return out;
+}
+
+transform dtransform_round(const dtransform *p) {
+    transform t;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) t.m[i][j] = (float)p->m[i][j];
+    return t;
+}
+
 double transform_determinant(const transform *t) {
     double m[3][3];
     for (int i = 0; i < 3; i++)
@@ -88,4 +113,28 @@ bounds3 transform_bounds(const transform *m, bounds3 b) {
         high = (dvec3){double_max(high.x, p.x), double_max(high.y, p.y), double_max(high.z, p.z)};
     }
     return bounds3_outward(low, high);
+}
+
+/* Outside, a coordinate of at most P is off by an ulp of P, and inside by one of each of the terms that
+ * to_local sums up; four of each cover also what to_local's own entries lost. */
+bounds3 transform_bounds_widened(const transform *to_world, const transform *to_local, bounds3 b) {
+    bounds3 box = transform_bounds(to_world, b);
+    if (bounds3_is_empty(box)) return box;
+    const float sides[2][3] = {{box.min.x, box.min.y, box.min.z},
+                               {box.max.x, box.max.y, box.max.z}};
+    double most[3], inside[3], by[3];
+    for (int i = 0; i < 3; i++)
+        most[i] = double_max(fabs((double)sides[0][i]), fabs((double)sides[1][i]));
+    for (int i = 0; i < 3; i++) {
+        inside[i] = fabs((double)to_local->m[i][3]);
+        for (int j = 0; j < 3; j++) inside[i] += fabs((double)to_local->m[i][j]) * most[j];
+    }
+    for (int i = 0; i < 3; i++) {
+        by[i] = most[i];
+        for (int j = 0; j < 3; j++) by[i] += fabs((double)to_world->m[i][j]) * inside[j];
+        by[i] *= 0x1p-22;
+    }
+    dvec3 more = {by[0], by[1], by[2]};
+    return bounds3_outward(dvec3_sub(dvec3_from(box.min), more),
+                           dvec3_add(dvec3_from(box.max), more));
 }

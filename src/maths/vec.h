@@ -128,8 +128,22 @@ static inline dvec3 transform_normal(const transform *inverse, dvec3 n) {
                (double)inverse->m[2][j] * n.z;
     return (dvec3){r[0], r[1], r[2]};
 }
+/* The same in double, so that long products are rounded once, at the end. */
+typedef struct dtransform {
+    double m[3][4];
+} dtransform;
+static inline dtransform dtransform_identity(void) {
+    return (dtransform){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+}
+dtransform dtransform_from(const transform *t);
+dtransform dtransform_multiply(const dtransform *a, const dtransform *b); /* b is applied first */
+transform dtransform_round(const dtransform *p);
 bounds3 transform_bounds(const transform *m,
                          bounds3 b); /* of the eight corners, rounded outwards; empty stays empty */
+
+/* The box of transform_bounds(to_world, b), widened so that it holds for rays too, which are rounded in
+ * both spaces and come by to_local, the rounded inverse; empty stays empty. */
+bounds3 transform_bounds_widened(const transform *to_world, const transform *to_local, bounds3 b);
 
 /* The float before and after a finite x. */
 float float_below(float x);

@@ -6,6 +6,12 @@ uint64_t hash_mix(uint64_t x) {
     return x ^ (x >> 31);
 }
 
+double sample_more(double u, double v, uint32_t index) {
+    uint64_t stream = hash_mix((uint64_t)(u * 0x1p53) + 0x9e3779b97f4a7c15u);
+    stream = hash_mix(stream + (uint64_t)(v * 0x1p53));
+    return (double)(hash_mix(stream + 0x9e3779b97f4a7c15u * (index + 1u)) >> 11) * 0x1p-53;
+}
+
 uint64_t path_code_child(uint64_t parent, uint32_t slot) {
     return hash_mix(parent + 0x9e3779b97f4a7c15u * (slot + 1u));
 }

@@ -20,6 +20,10 @@ typedef enum sample_purpose {
 /* A bijective mix of 64 bits (the finaliser of SplitMix64: Steele, Lea, Flood, OOPSLA 2014). */
 uint64_t hash_mix(uint64_t x);
 
+/* More numbers in [0, 1) where two of them do not suffice, as for trying until a point is accepted:
+ * number `index` of what (u, v) stands for, independent of all others. */
+double sample_more(double u, double v, uint32_t index);
+
 /* A ray's path code: of the camera ray, and of the child in the given slot. The sample's number is
  * not in it: it is the index in the stream, so that what is drawn deep in a path is stratified over
  * the samples of its pixel too. */

@@ -36,8 +36,6 @@ sample2 warp_polygon(sample2 s, unsigned sides, double rotation) {
                      weights.x * fn_sin(a0) + weights.y * fn_sin(a1)};
 }
 
-double warp_polygon_area(unsigned sides) { return sides * fn_sin(2 * PI / sides) / 2; }
-
 dvec3 warp_cosine_hemisphere(sample2 s) {
     sample2 d = warp_disk(s);
     double rest = 1 - d.x * d.x - d.y * d.y;
@@ -54,15 +52,34 @@ dvec3 warp_cone(sample2 s, double one_minus_cosine) {
 
 double warp_tent(double s) { return s < 0.5 ? sqrt(2 * s) - 1 : 1 - sqrt(2 - 2 * s); }
 
-bool distribution1_build(const double *weights, uint32_t count, distribution1 *out) {
-    double *cdf = memory_resize(NULL, (size_t)count + 1, sizeof *cdf);
-    if (cdf == NULL) return false;
+bool distribution1_fill(const double *weights, uint32_t count, double *cdf) {
     double sum = 0;
     cdf[0] = 0;
     for (uint32_t i = 0; i < count; i++) cdf[i + 1] = sum += weights[i];
     bool useful = sum > 0 && sum < INFINITY;
     for (uint32_t i = 1; i <= count; i++) cdf[i] = useful ? cdf[i] / sum : (double)i / count;
     cdf[count] = 1; /* sum / sum is 1 already; said for the reader */
+    return useful;
+}
+
+uint32_t distribution1_find(const double *cdf, uint32_t count, double s, double *within) {
+    /* The first cell whose end lies beyond s: it begins at or before s, so it is not empty. */
+    uint32_t low = 0, high = count - 1;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (cdf[middle + 1] > s)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    *within = (s - cdf[low]) / (cdf[low + 1] - cdf[low]);
+    return low;
+}
+
+bool distribution1_build(const double *weights, uint32_t count, distribution1 *out) {
+    double *cdf = memory_resize(NULL, (size_t)count + 1, sizeof *cdf);
+    if (cdf == NULL) return false;
+    distribution1_fill(weights, count, cdf);
     *out = (distribution1){cdf, count};
     return true;
 }
@@ -73,25 +90,10 @@ void distribution1_free(distribution1 *d) {
 }
 
 double distribution1_sample(const distribution1 *d, double s, uint32_t *cell, double *pdf) {
-    /* The first cell whose end lies beyond s: it begins at or before s, so it is not empty. */
-    uint32_t low = 0, high = d->count - 1;
-    while (low < high) {
-        uint32_t middle = low + (high - low) / 2;
-        if (d->cdf[middle + 1] > s)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    double begin = d->cdf[low], width = d->cdf[low + 1] - begin;
+    double within;
+    uint32_t low = distribution1_find(d->cdf, d->count, s, &within);
     if (cell) *cell = low;
-    if (pdf) *pdf = width * d->count;
-    double x = (low + (s - begin) / width) / d->count;
+    if (pdf) *pdf = (d->cdf[low + 1] - d->cdf[low]) * d->count;
+    double x = (low + within) / d->count;
     return x < 1 ? x : 1 - 0x1p-53;
-}
-
-double distribution1_pdf(const distribution1 *d, double x) {
-    if (!(x >= 0 && x < 1)) return 0;
-    uint32_t cell = (uint32_t)(x * d->count);
-    if (cell >= d->count) cell = d->count - 1;
-    return (d->cdf[cell + 1] - d->cdf[cell]) * d->count;
 }

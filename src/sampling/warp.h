@@ -16,9 +16,8 @@ typedef struct warp_polar {
 } warp_polar;
 warp_polar warp_disk_polar(sample2 s);
 /* The regular polygon with 3 or more `sides` whose corners lie on the unit circle, the first of them
- * at `rotation` radians from the x axis; uniformly: pdf 1 / warp_polygon_area(sides). */
+ * at `rotation` radians from the x axis; uniformly: pdf 2 / (sides sin(2 pi / sides)). */
 sample2 warp_polygon(sample2 s, unsigned sides, double rotation);
-double warp_polygon_area(unsigned sides);
 /* The upper hemisphere about +z; pdf cos(theta) / pi per solid angle (Malley's method: the disk,
  * raised). */
 dvec3 warp_cosine_hemisphere(sample2 s);
@@ -43,6 +42,10 @@ void distribution1_free(distribution1 *d);
 /* The point for s in [0, 1): the inverse of the distribution. *cell: the cell it is in, whose weight
  * is never 0; *pdf: the density there. Both may be NULL. */
 double distribution1_sample(const distribution1 *d, double s, uint32_t *cell, double *pdf);
-double distribution1_pdf(const distribution1 *d, double x); /* 0 outside [0, 1) */
+/* The same in the caller's memory: fills cdf, of count + 1 values; false: all weights are 0 (or their
+ * sum is infinite), and count as equal. */
+bool distribution1_fill(const double *weights, uint32_t count, double *cdf);
+/* The cell for s, and where in it, [0, 1]. */
+uint32_t distribution1_find(const double *cdf, uint32_t count, double s, double *within);
 
 #endif

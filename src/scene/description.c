@@ -8,9 +8,11 @@
 #include "base/memory.h"
 #include "cameras/camera.h"
 #include "geometry/primitive.h"
+#include "geometry/user.h"
 #include "lights/light.h"
 #include "materials/material.h"
 #include "scene/settings.h"
+#include "scene/solids.h"
 #include "textures/texture.h"
 
 enum { MESSAGES_MAX = 200 };
@@ -196,6 +198,9 @@ void description_rewind(description *d, const description_mark *mark) {
         free(last->name);
         free(last->keys);
     }
+    for (size_t i = 0; i < d->instance_count; i++)
+        if (d->instances[i].owner >= mark->objects[CATEGORY_SHAPE])
+            d->instances[i].owner = NO_GROUP;
     while (d->param_count > mark->params) free_param(&d->params[--d->param_count]);
     while (d->message_count > mark->messages) free_message(&d->messages[--d->message_count]);
 }
@@ -232,24 +237,35 @@ static snell_status check_part(const description *d, const type_info *type, cons
                                uint32_t index) {
     const object *named = &d->objects[CATEGORY_MATERIAL].items[index];
     const type_info *part = named->type;
-    bool fits = true;
     for (uint32_t i = 0; i < part->field_count; i++)
-        if (part->fields[i].kind == FIELD_MATERIAL) fits = false;
-    for (uint32_t i = 0; i < material_type_count; i++)
-        if (&material_types[i]->info == part &&
-            material_bounds_medium(material_types[i], named->desc))
-            fits = false;
-    if (fits) return SNELL_OK;
-    return error_set(SNELL_ERR_ARGUMENT, "use a material such as lambert", "%s: '%s' cannot be %s",
-                     type->name, f->name, part->name);
+        if (part->fields[i].kind == FIELD_MATERIAL)
+            return error_set(SNELL_ERR_ARGUMENT, "use a material such as lambert",
+                             "%s: '%s' cannot be %s, which is made of others itself", type->name,
+                             f->name, part->name);
+    if (material_bounds_medium((const material_type *)part, named->desc))
+        return error_set(SNELL_ERR_ARGUMENT,
+                         "a pane without an inside: material.principled { transmission = 1 }",
+                         "%s: '%s' cannot be %s with an inside, which belongs to a whole shape",
+                         type->name, f->name, part->name);
+    return SNELL_OK;
 }
 
 static snell_status check_materials(const description *d, const type_info *type, const field *f,
                                     const snell_material_id *ids, size_t count) {
     snell_status status = SNELL_OK;
     for (size_t i = 0; i < count && !status; i++)
-        status = check_id(d, CATEGORY_MATERIAL, type, f, ids[i].index1, ids[i].generation);
+        if (ids[i].index1 || !(f->flags & FIELD_SOME_NONE))
+            status = check_id(d, CATEGORY_MATERIAL, type, f, ids[i].index1, ids[i].generation);
     return status;
+}
+
+/* What a solid is made of: closed shapes that were there before, so that none is part of itself. */
+static snell_status check_shapes(const description *d, const type_info *type, const field *f,
+                                 const snell_shape_id *ids, size_t count) {
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < count && !status; i++)
+        status = check_id(d, CATEGORY_SHAPE, type, f, ids[i].index1, ids[i].generation);
+    return status ? status : solid_check_parts(d, ids, count);
 }
 
 static snell_status check_reference(const description *d, const type_info *type, const field *f,
@@ -279,6 +295,12 @@ static snell_status check_reference(const description *d, const type_info *type,
         size_t count;
         memcpy(&count, (const char *)at + sizeof *ids, sizeof count);
         return check_materials(d, type, f, *ids, count);
+    }
+    case FIELD_SHAPES: {
+        const snell_shape_id *const *ids = at;
+        size_t count;
+        memcpy(&count, (const char *)at + sizeof *ids, sizeof count);
+        return check_shapes(d, type, f, *ids, count);
     }
     default: return SNELL_OK;
     }
@@ -438,6 +460,7 @@ snell_status description_add_instance(description *d, uint32_t shape, uint32_t m
         return error_set(SNELL_ERR_ARGUMENT, NULL, "too many instances");
     instance made = {.shape = shape,
                      .material = material_index,
+                     .owner = NO_GROUP,
                      .to_world = placed,
                      .name = memory_copy_string(source.name ? source.name : ""),
                      .line = source.line};
@@ -448,6 +471,135 @@ snell_status description_add_instance(description *d, uint32_t shape, uint32_t m
     if (index) *index = (uint32_t)d->instance_count;
     d->instances[d->instance_count++] = made;
     return SNELL_OK;
+}
+
+/* ---- groups ---- */
+
+static bool meets_nothing(const void *desc, const local_ray *beam, hit *found) {
+    (void)desc, (void)beam, (void)found;
+    return false;
+}
+
+static bounds3 no_bounds(const void *desc) {
+    (void)desc;
+    return bounds3_empty();
+}
+
+typedef struct group_desc {
+    size_t struct_size;
+    uint32_t depth; /* of groups in it, with itself; of parts that were removed too */
+} group_desc;
+
+const primitive_type shape_group = {
+    .info = {.name = "group", .category = CATEGORY_SHAPE, .desc_size = sizeof(group_desc)},
+    .bounds = no_bounds,
+    .intersect = meets_nothing};
+
+bool object_is_group(const object *o) { return o->type == &shape_group.info; }
+
+static snell_status too_deep(void) {
+    return error_set(SNELL_ERR_ARGUMENT, "put parts into one group instead of groups in groups",
+                     "groups are nested more than %d deep", GROUP_DEPTH_MAX);
+}
+
+snell_status description_add_user(description *d, const snell_user_shape_desc *desc,
+                                  object_source source, uint32_t *index) {
+    user_desc made;
+    snell_status status = check_place(d, &shape_user.info, source.name);
+    if (!status) status = user_desc_make(desc, &made);
+    return status ? status : append_object(d, &shape_user.info, &made, source, index);
+}
+
+snell_status description_add_empty_group(description *d, object_source source, uint32_t *index) {
+    const group_desc desc = {sizeof desc, 1};
+    snell_status status = check_place(d, &shape_group.info, source.name);
+    return status ? status : append_object(d, &shape_group.info, &desc, source, index);
+}
+
+snell_status description_set_owner(description *d, uint32_t index, uint32_t owner) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    instance *at = &d->instances[index];
+    if (owner >= shapes->count || !object_is_group(&shapes->items[owner]) || at->shape >= owner)
+        return error_set(SNELL_ERR_ARGUMENT, NULL,
+                         "an instance in a group that does not exist or was made before its part");
+    const object *part = &shapes->items[at->shape];
+    group_desc *group = shapes->items[owner].desc;
+    if (object_is_group(part)) {
+        uint32_t below = ((const group_desc *)part->desc)->depth;
+        if (below >= GROUP_DEPTH_MAX) return too_deep();
+        if (below >= group->depth) group->depth = below + 1;
+    }
+    at->owner = owner;
+    return SNELL_OK;
+}
+
+static snell_status check_parts(const description *d, const uint32_t *parts, size_t count) {
+    for (size_t i = 0; i < count; i++) {
+        if (parts[i] >= d->instance_count || d->instances[parts[i]].removed)
+            return error_set(SNELL_ERR_ARGUMENT, NULL, "group: part %zu does not exist", i + 1);
+        if (d->instances[parts[i]].owner != NO_GROUP)
+            return error_set(SNELL_ERR_ARGUMENT, "make another instance of its shape",
+                             "group: part %zu is in a group already", i + 1);
+    }
+    return SNELL_OK;
+}
+
+snell_status description_add_group(description *d, const uint32_t *parts, size_t count,
+                                   object_source source, uint32_t *index) {
+    uint32_t made;
+    snell_status status = check_parts(d, parts, count);
+    if (!status) status = description_add_empty_group(d, source, &made);
+    if (status) return status;
+    for (size_t i = 0; i < count && !status; i++) {
+        if (d->instances[parts[i]].owner != NO_GROUP)
+            status = error_set(SNELL_ERR_ARGUMENT, NULL, "group: part %zu is given twice", i + 1);
+        else
+            status = description_set_owner(d, parts[i], made);
+    }
+    if (!status) {
+        *index = made;
+        return SNELL_OK;
+    }
+    for (size_t i = 0; i < count; i++) d->instances[parts[i]].owner = NO_GROUP;
+    description_mark mark = description_get_mark(d);
+    mark.objects[CATEGORY_SHAPE] = made;
+    description_rewind(d, &mark);
+    return status;
+}
+
+snell_status part_lists_make(const description *d, part_lists *out) {
+    size_t shapes = d->objects[CATEGORY_SHAPE].count;
+    *out = (part_lists){memory_zeroed(shapes + 3, sizeof *out->begin),
+                        memory_resize(NULL, d->instance_count, sizeof *out->parts),
+                        memory_zeroed(shapes, sizeof *out->depth)};
+    if (!out->begin || !out->parts || !out->depth) return error_no_memory();
+    for (size_t i = 0; i < d->instance_count; i++) {
+        const instance *at = &d->instances[i];
+        if (!at->removed) out->begin[(at->owner == NO_GROUP ? shapes : at->owner) + 2]++;
+    }
+    for (size_t g = 0; g <= shapes; g++) out->begin[g + 2] += out->begin[g + 1];
+    for (size_t i = 0; i < d->instance_count; i++) {
+        const instance *at = &d->instances[i];
+        if (at->removed) continue;
+        out->parts[out->begin[(at->owner == NO_GROUP ? shapes : at->owner) + 1]++] = (uint32_t)i;
+    }
+    for (size_t g = 0; g < shapes; g++) { /* parts come before their group */
+        if (!object_is_group(&d->objects[CATEGORY_SHAPE].items[g])) continue;
+        out->depth[g] = 1;
+        for (uint32_t k = out->begin[g]; k < out->begin[g + 1]; k++) {
+            uint32_t below = out->depth[d->instances[out->parts[k]].shape];
+            if (below >= out->depth[g]) out->depth[g] = below + 1;
+        }
+        if (out->depth[g] > GROUP_DEPTH_MAX) return too_deep();
+    }
+    return SNELL_OK;
+}
+
+void part_lists_free(part_lists *lists) {
+    free(lists->begin);
+    free(lists->parts);
+    free(lists->depth);
+    *lists = (part_lists){NULL, NULL, NULL};
 }
 
 snell_status description_set_motion(description *d, uint32_t index, const motion_key *keys,

@@ -32,6 +32,8 @@ typedef struct object_list {
 typedef struct instance {
     uint32_t shape;    /* index into objects[CATEGORY_SHAPE] */
     uint32_t material; /* index into objects[CATEGORY_MATERIAL], or NO_MATERIAL: grey Lambert */
+    uint32_t owner; /* the group whose part it is, an index greater than shape; NO_GROUP: drawn */
+    bool fills;     /* of a group: its material is only for parts that have none */
     transform to_world;
     motion_key
         *keys; /* owned; key_count 0: it stands still at to_world, else to_world is its first */
@@ -41,6 +43,13 @@ typedef struct instance {
     bool removed;
 } instance;
 #define NO_MATERIAL UINT32_MAX
+#define NO_GROUP UINT32_MAX
+
+/* A shape of this type is a group: the instances that it owns, in their order, as one shape. It is in
+ * no registry, and no ray meets the group itself. */
+struct primitive_type;
+extern const struct primitive_type shape_group;
+bool object_is_group(const object *o);
 
 /* A param("name") of a scene program, for `snell info`; strings owned. */
 typedef struct scene_param {
@@ -91,6 +100,16 @@ snell_status description_add_desc(description *d, const type_info *type, const v
 snell_status description_add_instance(description *d, uint32_t shape, uint32_t material,
                                       const transform *to_world, object_source source,
                                       uint32_t *index);
+/* A shape by the caller's functions, checked and copied. */
+snell_status description_add_user(description *d, const snell_user_shape_desc *desc,
+                                  object_source source, uint32_t *index);
+/* Instances that are drawn become the parts of a new group, which is drawn where an instance of it
+ * stands. Errors: a part that is not there or belongs to another group; nested too deep. */
+snell_status description_add_group(description *d, const uint32_t *parts, size_t count,
+                                   object_source source, uint32_t *index);
+/* For readers of records: a group without parts, and an instance put into it. */
+snell_status description_add_empty_group(description *d, object_source source, uint32_t *index);
+snell_status description_set_owner(description *d, uint32_t instance, uint32_t owner);
 /* The instance moves by these keys, which are checked and copied; count 0: it stands still again. */
 snell_status description_set_motion(description *d, uint32_t instance, const motion_key *keys,
                                     size_t count);
@@ -107,6 +126,16 @@ typedef struct description_mark {
 } description_mark;
 description_mark description_get_mark(const description *d);
 void description_rewind(description *d, const description_mark *mark);
+
+/* The instances of each group and of the world that are not removed, in their order: those of shape g
+ * are parts[begin[g] .. begin[g + 1]); the world comes after the last shape. */
+typedef struct part_lists {
+    uint32_t *begin, *parts;
+    uint32_t *depth; /* of each shape: groups in groups under it, with itself; 0: not a group */
+} part_lists;
+/* Errors: no memory; groups nested too deep. */
+snell_status part_lists_make(const description *d, part_lists *out);
+void part_lists_free(part_lists *lists);
 
 /* NULL when there is none. */
 object *description_find(const description *d, category category, const char *name);

@@ -11,6 +11,9 @@
  * time (a box, a torus), a surface that does not shine evenly. */
 enum { CENTERS_MAX = 12 };
 
+/* Each costs about 150 bytes, however often its group is drawn. */
+enum { EMITTERS_MAX = 1 << 24 };
+
 /* ---- finding what shines ---- */
 
 static const material *emitter_material(const scene *s, const scene_instance *at,
@@ -32,42 +35,50 @@ static bool keeps_angles(const transform *m) {
            fabs(dvec3_dot(c[1], c[2])) <= slack && fabs(dvec3_dot(c[2], c[0])) <= slack;
 }
 
+static bool is_emitter(const scene_instance *at) { return at->shines; }
+
+typedef struct finding {
+    scene *s;
+    size_t emitter_capacity, light_capacity;
+} finding;
+
+static snell_status add_emitters(void *user, uint32_t number, const scene_instance *at) {
+    finding *f = user;
+    scene *s = f->s;
+    uint32_t primitives = primitive_count_of(at->type, at->shape), first = s->emitter_count;
+    for (uint32_t k = 0; k < primitives; k++) {
+        if (!emitter_material(s, at, k)->shines) continue;
+        double area = at->type->area(at->shape, k);
+        if (!(area > 0)) continue;
+        if (s->emitter_count >= EMITTERS_MAX)
+            return error_set(SNELL_ERR_ARGUMENT, "draw fewer copies of what shines",
+                             "more than %d shapes and triangles shine", EMITTERS_MAX);
+        if (!ARRAY_GROW(s->emitters, s->emitter_count, f->emitter_capacity, 1))
+            return error_no_memory();
+        s->emitters[s->emitter_count++] = (emitter){number, k, area, 0};
+    }
+    if (s->emitter_count == first) return SNELL_OK;
+    if (!ARRAY_GROW(s->surface_lights, s->surface_light_count, f->light_capacity, 1))
+        return error_no_memory();
+    s->surface_lights[s->surface_light_count++] =
+        (surface_light){number, first, s->emitter_count - first};
+    return SNELL_OK;
+}
+
 static snell_status find_emitters(scene *s) {
-    size_t capacity = 0, count = 0;
-    for (uint32_t i = 0; i < s->instance_count; i++) {
+    for (uint32_t i = 0; i < s->part_count; i++) {
         scene_instance *at = &s->instances[i];
         at->similar = at->moves == NULL && keeps_angles(&at->to_world);
-        at->first_emitter = (uint32_t)count;
-        if (at->type->area == NULL) continue;
-        uint32_t primitives = primitive_count_of(at->type, at->shape);
-        for (uint32_t k = 0; k < primitives; k++) {
-            if (!emitter_material(s, at, k)->shines) continue;
-            double area = at->type->area(at->shape, k);
-            if (!(area > 0)) continue;
-            if (count >= UINT32_MAX - s->light_count)
-                return error_set(SNELL_ERR_ARGUMENT, NULL, "too many triangles shine");
-            if (!ARRAY_GROW(s->emitters, count, capacity, 1)) return error_no_memory();
-            s->emitters[count++] = (emitter){i, k, area, 0};
-        }
-        at->emitter_count = (uint32_t)count - at->first_emitter;
-        if (at->emitter_count) s->surface_light_count++;
     }
-    s->emitter_count = (uint32_t)count;
-    s->surface_lights = memory_resize(NULL, s->surface_light_count, sizeof *s->surface_lights);
-    if (s->surface_lights == NULL) return error_no_memory();
-    uint32_t found = 0;
-    for (uint32_t i = 0; i < s->instance_count; i++)
-        if (s->instances[i].emitter_count) s->surface_lights[found++] = i;
-    return SNELL_OK;
+    finding f = {.s = s};
+    return scene_each_shape(s, is_emitter, add_emitters, &f);
 }
 
 /* ---- points on emitters ---- */
 
-/* How much larger an area of the unit normal n (own space) is in the world. */
-static double area_scale(const scene_instance *at, float time, dvec3 n) {
+/* How much larger an area of the unit normal n (own space) is in the world; at: posed. */
+static double area_scale(const scene_instance *at, dvec3 n) {
     if (at->identity) return 1;
-    scene_instance moved;
-    at = scene_posed(at, time, &moved);
     return fabs(transform_determinant(&at->to_world)) *
            dvec3_length(transform_normal(&at->to_local, n));
 }
@@ -83,7 +94,12 @@ static dvec3 radiance_at(const shade_point *p) {
 /* Brightness and place of an emitter, from its middle and three points about it. */
 static light_bounds bound_emitter(const scene *s, const emitter *e) {
     static const sample2 places[4] = {{0.5, 0.5}, {0.2, 0.3}, {0.8, 0.4}, {0.4, 0.85}};
-    const scene_instance *at = &s->instances[e->instance];
+    shape_path path;
+    scene_instance room;
+    scene_find_path(s, e->instance, 0, &path);
+    const scene_instance *at = scene_posed(s, e->instance, 0, &room);
+    float time = at->moves ? at->moves->steps[0].time : 0;
+    if (at->moves) at = scene_posed(s, e->instance, time, &room);
     const material_common *common = emitter_material(s, at, e->primitive)->desc;
     light_bounds b = {.low = {INFINITY, INFINITY, INFINITY},
                       .high = {-INFINITY, -INFINITY, -INFINITY},
@@ -91,22 +107,17 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
                       .cos_emission = 0,
                       .two_sided = common->emit_two_sided};
     double luminance = 0, scale = 0;
-    float time = at->moves ? at->moves->steps[0].time : 0;
     for (int i = 0; i < 4; i++) {
         surface on;
         shade_point p;
         at->type->sample_area(at->shape, e->primitive, places[i].x, places[i].y, &on);
-        scale += area_scale(at, time, on.n) / 4;
+        scale += area_scale(at, on.n) / 4;
         scene_surface_point(s, e->instance, e->primitive, time, &on, (dvec3){0, 0, 0}, &p);
         p.at.outside = true;
         luminance += LUMINANCE(radiance_at(&p)) / 4;
         b.axis = p.n;
     }
-    bounds3 box = primitive_bounds_of(at->type, at->shape, e->primitive);
-    if (at->moves)
-        box = motion_bounds(at->moves, box);
-    else if (!at->identity)
-        box = transform_bounds(&at->to_world, box);
+    bounds3 box = shape_path_bounds(&path, primitive_bounds_of(at->type, at->shape, e->primitive));
     b.low = dvec3_from(box.min);
     b.high = dvec3_from(box.max);
     b.power = PI * luminance * e->area * scale * (b.two_sided ? 2 : 1);
@@ -130,7 +141,7 @@ static light_bounds bound_light(const scene *s, const light *l) {
 /* Sums of a mesh's emitters, by power; what seems black may only be so at the points looked at. */
 static void sum_weights(scene *s, const light_bounds *bounds) {
     for (uint32_t i = 0; i < s->surface_light_count; i++) {
-        const scene_instance *at = &s->instances[s->surface_lights[i]];
+        const surface_light *at = &s->surface_lights[i];
         emitter *e = s->emitters + at->first_emitter;
         double power = 0, area = 0, sum = 0;
         for (uint32_t k = 0; k < at->emitter_count; k++) {
@@ -197,7 +208,8 @@ static dvec3 shadow_end(const shade_point *end, dvec3 p, dvec3 to_light) {
 
 static bool sample_emitter(const scene *s, const emitter *e, dvec3 p, float time, sample2 u,
                            light_sample *out) {
-    const scene_instance *at = &s->instances[e->instance];
+    scene_instance room;
+    const scene_instance *at = scene_posed(s, e->instance, time, &room);
     dvec3 from = at->identity ? p : transform_point(&at->to_local, p);
     surface on;
     double pdf = 0;
@@ -212,7 +224,7 @@ static bool sample_emitter(const scene *s, const emitter *e, dvec3 p, float time
     double cosine = -dvec3_dot(shine.n, to_light) / sqrt(distance2);
     shine.at.outside = cosine > 0;
     if (cosine < 0) shine.n = dvec3_negate(shine.n);
-    if (!by_angle) pdf = distance2 / (fabs(cosine) * e->area * area_scale(at, time, local_n));
+    if (!by_angle) pdf = distance2 / (fabs(cosine) * e->area * area_scale(at, local_n));
     if (!(distance2 > 0) || !(pdf > 0) || !isfinite(pdf)) return false;
     *out = (light_sample){.to_light = to_light,
                           .to_end = shadow_end(&shine, p, to_light),
@@ -224,7 +236,8 @@ static bool sample_emitter(const scene *s, const emitter *e, dvec3 p, float time
 /* The density with which sample_emitter draws the direction of a point of the emitter. */
 static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const shade_point *on,
                           float time) {
-    const scene_instance *at = &s->instances[e->instance];
+    scene_instance room;
+    const scene_instance *at = scene_posed(s, e->instance, time, &room);
     dvec3 to_light = dvec3_sub(on->p, from);
     double distance2 = dvec3_dot(to_light, to_light);
     if (!(distance2 > 0)) return 0;
@@ -237,8 +250,7 @@ static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const sh
     /* n in the shape's own space, for the scale: the inverse of what surface_to_world did. */
     double scale = 1;
     if (!at->identity) {
-        transform to_world = scene_instance_transform(s, e->instance, time);
-        scale = area_scale(at, time, dvec3_normalize(transform_normal(&to_world, on->n)));
+        scale = area_scale(at, dvec3_normalize(transform_normal(&at->to_world, on->n)));
     }
     double cosine = fabs(dvec3_dot(on->n, to_light)) / sqrt(distance2);
     return distance2 / (cosine * e->area * scale);
@@ -250,12 +262,12 @@ const light_type *scene_light_type(const scene *s, uint32_t index) {
     return index < s->light_count ? s->lights[index].type : NULL;
 }
 
-static const scene_instance *surface_light(const scene *s, uint32_t index) {
-    return &s->instances[s->surface_lights[index - s->light_count]];
+static const surface_light *find_surface_light(const scene *s, uint32_t index) {
+    return &s->surface_lights[index - s->light_count];
 }
 
 /* The emitter in whose interval u falls; u becomes its place in there. */
-static uint32_t pick_emitter(const scene *s, const scene_instance *at, double *u, double *chance) {
+static uint32_t pick_emitter(const scene *s, const surface_light *at, double *u, double *chance) {
     const emitter *e = s->emitters + at->first_emitter;
     uint32_t low = 0, high = at->emitter_count - 1; /* the first whose sum is over u */
     while (low < high) {
@@ -277,21 +289,23 @@ bool scene_sample_light(const scene *s, uint32_t index, dvec3 p, dvec3 eye, floa
     if (index < s->light_count)
         return s->lights[index].type->sample(&s->lights[index], p, eye, u, out);
     double chance;
-    uint32_t e = pick_emitter(s, surface_light(s, index), &u.x, &chance);
+    uint32_t e = pick_emitter(s, find_surface_light(s, index), &u.x, &chance);
     if (!sample_emitter(s, &s->emitters[e], p, time, u, out)) return false;
     out->pdf *= chance;
     return true;
 }
 
 /* A flat shape shines from its middle, and so does one that is sampled as it is seen. */
-static bool has_middle(const scene *s, const scene_instance *at) {
+static bool has_middle(const scene *s, const surface_light *of) {
+    scene_instance room;
+    const scene_instance *at = scene_posed(s, of->instance, 0, &room);
     bool seen_whole = at->type->flat || (at->similar && at->type->sample_toward);
     return at->type->primitive_count || (seen_whole && !s->materials[at->material].textured);
 }
 
 uint32_t scene_light_center_count(const scene *s, uint32_t index) {
     if (index < s->light_count) return 1;
-    const scene_instance *at = surface_light(s, index);
+    const surface_light *at = find_surface_light(s, index);
     if (!has_middle(s, at)) return CENTERS_MAX;
     return at->emitter_count < CENTERS_MAX ? at->emitter_count : CENTERS_MAX;
 }
@@ -310,7 +324,7 @@ bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3
         const light *l = &s->lights[index];
         return l->type->middle ? l->type->middle(l, out) : l->type->sample(l, p, eye, middle, out);
     }
-    const scene_instance *at = surface_light(s, index);
+    const surface_light *at = find_surface_light(s, index);
     uint32_t count = scene_light_center_count(s, index);
     if (!has_middle(s, at)) {
         sample2 place = spread_point(k, count);
@@ -370,10 +384,25 @@ bool scene_source_casts_shadow(const scene *s, uint32_t source) {
     return source >= s->light_count || s->lights[source].type->casts_shadow;
 }
 
+/* The emitters of an instance; NULL: it does not shine. */
+static const surface_light *light_of(const scene *s, uint32_t id) {
+    if (s->surface_light_count == 0 || !scene_part(s, id)->shines) return NULL;
+    uint32_t low = 0, high = s->surface_light_count - 1;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (s->surface_lights[middle].instance < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return s->surface_lights[low].instance == id ? &s->surface_lights[low] : NULL;
+}
+
 /* The emitter that a hit lies on, or NO_ID: emitters are in the order of their primitives. */
 static uint32_t find_emitter(const scene *s, uint32_t id, uint32_t primitive) {
-    const scene_instance *at = &s->instances[id];
-    uint32_t low = at->first_emitter, high = low + at->emitter_count;
+    const surface_light *at = light_of(s, id);
+    if (at == NULL) return NO_ID;
+    uint32_t low = at->first_emitter, end = low + at->emitter_count, high = end;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2;
         if (s->emitters[middle].primitive < primitive)
@@ -381,9 +410,7 @@ static uint32_t find_emitter(const scene *s, uint32_t id, uint32_t primitive) {
         else
             high = middle;
     }
-    bool found =
-        low < at->first_emitter + at->emitter_count && s->emitters[low].primitive == primitive;
-    return found ? low : NO_ID;
+    return low < end && s->emitters[low].primitive == primitive ? low : NO_ID;
 }
 
 double scene_hit_pdf(const scene *s, dvec3 from, dvec3 n, const shade_point *on, float time) {

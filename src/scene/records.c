@@ -6,9 +6,11 @@
 
 #include "base/memory.h"
 
-enum { VERSION = 2, STRING_MAX = 1 << 16, NAME_MAX_SIZE = 1024, PARAMS_MAX = 10000 };
+enum { VERSION = 3, STRING_MAX = 1 << 16, NAME_MAX_SIZE = 1024, PARAMS_MAX = 10000 };
 enum { MESSAGE_RECORDS_MAX = 1000 };
 enum record_kind { RECORD_OBJECT = 1, RECORD_INSTANCE, RECORD_PARAM, RECORD_MESSAGE };
+
+#define TYPE_GROUP UINT32_MAX /* the number of a type that is in no registry */
 
 static const char magic[8] = {'S', 'N', 'E', 'L', 'L', 'R', 'E', 'C'};
 
@@ -136,6 +138,8 @@ static void put_object(writer *w, const object *o, uint32_t type) {
 static void put_instance(writer *w, const instance *i) {
     put_u32(w, i->shape);
     put_u32(w, i->material);
+    put_u32(w, i->owner);
+    put_u32(w, i->fills ? 1 : 0);
     put(w, &i->to_world, sizeof i->to_world);
     put_u32(w, i->line);
     put_string(w, i->name);
@@ -182,7 +186,10 @@ static bool put_records(writer *w, const description *d, uint32_t *count) {
     for (int c = 0; c < CATEGORY_COUNT; c++)
         for (size_t i = 0; i < d->objects[c].count; i++) {
             uint32_t type;
-            if (!type_number(d->objects[c].items[i].type, &type)) return false;
+            if (object_is_group(&d->objects[c].items[i]))
+                type = TYPE_GROUP;
+            else if (!type_number(d->objects[c].items[i].type, &type))
+                return false;
             put_record(w, RECORD_OBJECT, &d->objects[c].items[i], type, count);
         }
     for (size_t i = 0; i < d->instance_count; i++)
@@ -289,27 +296,33 @@ static void shift_id(reader *r, category which, uint32_t *index1) {
         *index1 += (uint32_t)base;
 }
 
-/* An array of ids that had to be shifted, freed after its object is made. */
+/* Materials and shapes are named alike. */
+_Static_assert(sizeof(snell_shape_id) == sizeof(snell_material_id) &&
+                   offsetof(snell_shape_id, index1) == offsetof(snell_material_id, index1),
+               "ids have one layout");
+
+/* Arrays of ids that had to be shifted, freed after their object is made: one of materials, one of
+ * shapes. */
 typedef struct shifted_ids {
-    snell_material_id *ids;
+    snell_material_id *ids[2];
 } shifted_ids;
 
-static void get_materials(reader *r, void *member, shifted_ids *shifted) {
+static void get_ids(reader *r, category which, void *member, snell_material_id **shifted) {
     size_t count;
-    const void *data = get_array(r, sizeof(snell_material_id), &count);
-    if (count && r->base.objects[CATEGORY_MATERIAL]) {
-        if (shifted->ids) { /* no type has two such arrays */
+    const void *data = get_array(r, sizeof **shifted, &count);
+    if (count && r->base.objects[which]) {
+        if (*shifted) { /* no type has two such arrays */
             r->failed = true;
             return;
         }
-        shifted->ids = memory_resize(NULL, count, sizeof *shifted->ids);
-        if (shifted->ids == NULL) {
+        *shifted = memory_resize(NULL, count, sizeof **shifted);
+        if (*shifted == NULL) {
             r->failed = true;
             return;
         }
-        memcpy(shifted->ids, data, count * sizeof *shifted->ids);
-        for (size_t i = 0; i < count; i++) shift_id(r, CATEGORY_MATERIAL, &shifted->ids[i].index1);
-        data = shifted->ids;
+        memcpy(*shifted, data, count * sizeof **shifted);
+        for (size_t i = 0; i < count; i++) shift_id(r, which, &(*shifted)[i].index1);
+        data = *shifted;
     }
     array_put(member, data, count);
 }
@@ -339,7 +352,8 @@ static void get_field(reader *r, const field *f, void *member, shifted_ids *shif
         get(r, member, sizeof(snell_material_id));
         shift_id(r, CATEGORY_MATERIAL, &((snell_material_id *)member)->index1);
         break;
-    case FIELD_MATERIALS: get_materials(r, member, shifted); break;
+    case FIELD_MATERIALS: get_ids(r, CATEGORY_MATERIAL, member, &shifted->ids[0]); break;
+    case FIELD_SHAPES: get_ids(r, CATEGORY_SHAPE, member, &shifted->ids[1]); break;
     default:
         if (element_size) {
             const void *data = get_array(r, element_size, &count);
@@ -367,19 +381,25 @@ static const char *free_name(const reader *r, category which, const char *name, 
 static snell_status read_object(reader *r) {
     uint32_t number = get_u32(r), line = get_u32(r);
     const char *name = get_string(r, NAME_MAX_SIZE), *file = get_string(r, STRING_MAX);
+    char other_name[NAME_MAX_SIZE + 16];
+    if (!r->failed && number == TYPE_GROUP) {
+        const char *kept = free_name(r, CATEGORY_SHAPE, name, other_name, sizeof other_name);
+        skip_padding(r);
+        if (r->failed || r->at != r->end) return wrong("a group's record");
+        return description_add_empty_group(r->d, (object_source){kept, file, line}, NULL);
+    }
     const type_info *type = r->failed ? NULL : type_at(number);
     if (type == NULL) return wrong("an unknown type");
     void *desc = memory_zeroed(1, type->desc_size);
     if (desc == NULL) return error_no_memory();
     desc_init(type, desc);
-    shifted_ids shifted = {NULL};
+    shifted_ids shifted = {{NULL, NULL}};
     for (uint32_t i = 0; i < type->field_count; i++)
         get_field(r, &type->fields[i], (char *)desc + type->fields[i].offset, &shifted);
     skip_padding(r);
     snell_status status = SNELL_OK;
     bool kept = type->category == CATEGORY_SETTING && description_setting(r->d, type->name) &&
                 r->base.objects[CATEGORY_SETTING] > 0;
-    char other_name[NAME_MAX_SIZE + 16];
     if (r->failed || r->at != r->end)
         status = wrong("a record that does not fit its type");
     else if (!kept)
@@ -388,13 +408,14 @@ static snell_status read_object(reader *r) {
             (object_source){free_name(r, type->category, name, other_name, sizeof other_name), file,
                             line},
             NULL);
-    free(shifted.ids);
+    free(shifted.ids[0]);
+    free(shifted.ids[1]);
     free(desc);
     return status;
 }
 
 static snell_status read_instance(reader *r) {
-    uint32_t shape = get_u32(r), material = get_u32(r);
+    uint32_t shape = get_u32(r), material = get_u32(r), owner = get_u32(r), fills = get_u32(r);
     transform to_world;
     get(r, &to_world, sizeof to_world);
     uint32_t line = get_u32(r), index;
@@ -406,10 +427,15 @@ static snell_status read_instance(reader *r) {
     if (r->failed || r->at != r->end) return wrong("an instance of the wrong size");
     if (shape >= shapes || (material != NO_MATERIAL && material >= materials))
         return wrong("an instance of something that does not exist");
+    if (fills > 1 || (owner != NO_GROUP && owner >= shapes)) return wrong("an instance's group");
     shape += (uint32_t)r->base.objects[CATEGORY_SHAPE];
     if (material != NO_MATERIAL) material += (uint32_t)r->base.objects[CATEGORY_MATERIAL];
     snell_status status = description_add_instance(r->d, shape, material, &to_world,
                                                    (object_source){name, NULL, line}, &index);
+    if (!status) r->d->instances[index].fills = fills == 1;
+    if (!status && owner != NO_GROUP)
+        status =
+            description_set_owner(r->d, index, owner + (uint32_t)r->base.objects[CATEGORY_SHAPE]);
     if (!status && key_count) status = description_set_motion(r->d, index, keys, key_count);
     return status;
 }

@@ -5,13 +5,26 @@
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "geometry/surface.h"
+#include "scene/instances.h"
 #include "scene/lights.h"
 #include "scene/settings.h"
 
 /* The grey Lambert of shapes without a material: its desc with every default. */
 extern const material_type material_lambert;
 
-/* Does it, or the material that it refers to (an earlier one), use a texture? */
+/* The next field from *index on that names a material, an earlier one; NULL: none. */
+static const material *next_part(const scene *s, const object *o, uint32_t *index) {
+    while (*index < o->type->field_count) {
+        const field *f = &o->type->fields[(*index)++];
+        if (f->kind != FIELD_MATERIAL) continue;
+        const void *at = (const char *)o->desc + f->offset;
+        uint32_t part = ((const snell_material_id *)at)->index1;
+        if (part) return &s->materials[part - 1];
+    }
+    return NULL;
+}
+
+/* Does it, or a material that it is made of, use a texture? */
 static bool is_textured(const scene *s, const object *o) {
     for (uint32_t i = 0; i < o->type->field_count; i++) {
         const field *f = &o->type->fields[i];
@@ -20,35 +33,28 @@ static bool is_textured(const scene *s, const object *o) {
             ((const snell_input *)at)->texture.index1)
             return true;
         if (f->kind == FIELD_TEXTURE && ((const snell_texture_id *)at)->index1) return true;
-        if (f->kind == FIELD_MATERIAL) {
-            uint32_t base = ((const snell_material_id *)at)->index1;
-            if (base && s->materials[base - 1].textured) return true;
-        }
     }
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (part->textured) return true;
     return false;
 }
 
 static bool is_thin(const scene *s, const object *o) {
     const material_type *type = (const material_type *)o->type;
     if (type->is_thin) return type->is_thin(o->desc);
-    for (uint32_t i = 0; i < o->type->field_count; i++) {
-        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
-        const char *at = (const char *)o->desc + o->type->fields[i].offset;
-        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
-        if (part && s->materials[part - 1].thin) return true;
-    }
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (part->thin) return true;
     return false;
 }
 
-/* Some materials are as opaque as those that they are made of (earlier ones). */
+/* Some materials are as opaque as those that they are made of. */
 static bool has_opaque_parts(const scene *s, const object *o) {
     if (((const material_type *)o->type)->opacity == NULL) return true;
-    for (uint32_t i = 0; i < o->type->field_count; i++) {
-        if (o->type->fields[i].kind != FIELD_MATERIAL) continue;
-        const char *at = (const char *)o->desc + o->type->fields[i].offset;
-        uint32_t part = ((const snell_material_id *)(const void *)at)->index1;
-        if (part && !s->materials[part - 1].opaque_alpha) return false;
-    }
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (!part->opaque_alpha) return false;
     return true;
 }
 
@@ -78,7 +84,7 @@ static snell_status make_body_material(scene *s, light_body *body) {
 }
 
 /* Lights that are surfaces become shapes with a material; the others are made ready to be sampled. */
-static snell_status freeze_light_objects(scene *s, const object_list *lights) {
+static snell_status freeze_light_objects(scene *s, const object_list *lights, thread_pool *pool) {
     for (size_t i = 0; i < lights->count; i++) {
         const object *o = &lights->items[i];
         const light_type *type = (const light_type *)o->type;
@@ -92,7 +98,7 @@ static snell_status freeze_light_objects(scene *s, const object_list *lights) {
         } else {
             light *l = &s->lights[s->light_count++];
             *l = (light){type, o->desc, NULL, s->textures};
-            if (type->prepare) status = type->prepare(o->desc, s->textures, &l->state);
+            if (type->prepare) status = type->prepare(o->desc, s->textures, pool, &l->state);
         }
         if (status) return status;
     }
@@ -173,161 +179,28 @@ static void freeze_settings(scene *s, const description *d) {
     if (ambient) s->ambient = dvec3_from(((const ambient_desc *)ambient->desc)->color);
     s->brightest_background =
         double_max(dvec3_largest(s->background), dvec3_largest(s->background_top));
+    for (uint32_t i = 0; i < s->light_count; i++) { /* all around; not the small disk of a sun */
+        const light *l = &s->lights[i];
+        if (l->type->brightest)
+            s->brightest_background = double_max(s->brightest_background, l->type->brightest(l));
+    }
 }
 
-/* What shadow rays make of a material: MASK_OPAQUE, MASK_FILTER or MASK_NO_SHADOW. */
-static uint32_t shadow_mask(const material *m) {
-    const material_common *common = m->desc;
-    if (common->shadow == SHADOW_NONE) return MASK_NO_SHADOW;
-    if (common->shadow == SHADOW_OPAQUE) return MASK_OPAQUE;
-    bool filters = material_bounds_medium(m->type, m->desc) || m->thin || !m->opaque_alpha;
-    return filters ? MASK_FILTER : MASK_OPAQUE;
-}
-
-/* A mesh of several materials is a filter as soon as one of them is: the walk looks at each
- * triangle. */
-static uint32_t instance_mask(const scene *s, const scene_instance *at) {
-    uint32_t mask = shadow_mask(&s->materials[at->material]);
-    if (at->type->intersect != NULL) return mask;
+uint32_t instance_slot_count(const scene_instance *at) {
+    if (solid_is(at->type)) return ((const solid_shape *)at->shape)->slot_count;
+    if (at->type != &primitive_mesh) return 1;
     const mesh_desc *mesh = at->shape;
-    if (mesh->alphas_count) return MASK_FILTER;
-    if (mesh->material_slots_count == 0) return mask;
-    mask = shadow_mask(&s->materials[mesh->materials[0].index1 - 1]);
-    for (size_t i = 0; i < mesh->materials_count; i++)
-        if (shadow_mask(&s->materials[mesh->materials[i].index1 - 1]) != mask) return MASK_FILTER;
-    return mask;
+    return mesh->material_slots_count ? (uint32_t)mesh->materials_count : 1;
 }
 
-static bool bounds_medium(const scene *s, uint32_t index) {
-    return material_bounds_medium(s->materials[index].type, s->materials[index].desc);
-}
-
-/* What is inside an instance: its material's medium, or that of the first slot that has one. */
-static void find_medium(const scene *s, scene_instance *at) {
-    uint32_t index = at->material;
-    const mesh_desc *mesh = at->type->intersect == NULL ? at->shape : NULL;
-    if (mesh && mesh->material_slots_count) {
-        index = mesh->materials[0].index1 - 1;
-        for (size_t i = 1; i < mesh->materials_count && !bounds_medium(s, index); i++)
-            index = mesh->materials[i].index1 - 1;
+uint32_t instance_slot(const scene_instance *at, uint32_t slot) {
+    if (solid_is(at->type)) {
+        uint32_t index = ((const solid_shape *)at->shape)->slots[slot];
+        return index == NO_ID ? at->material : index;
     }
-    const material *m = &s->materials[index];
-    at->has_medium = bounds_medium(s, index);
-    at->medium_material = index;
-    if (at->has_medium) at->inside = m->type->inside(m->desc);
-}
-
-/* There is room for a motion per instance. */
-static snell_status freeze_motion(scene *s, const instance *from, scene_instance *at) {
-    motion *m = &s->motions[s->motion_count];
-    snell_status status =
-        motion_prepare(from->keys, from->key_count, s->time_open, s->time_close, m);
-    if (status) return status;
-    s->motion_count++;
-    at->to_world = m->steps[0].transform;
-    if (m->count == 1) { /* it stands still while anyone looks */
-        at->identity = transform_is_identity(&at->to_world);
-        return SNELL_OK;
-    }
-    at->moves = m;
-    at->identity = false;
-    return SNELL_OK;
-}
-
-static snell_status freeze_instances(scene *s, const description *d, accel_instance *out) {
-    uint32_t count = 0;
-    for (size_t i = 0; i < d->instance_count; i++) {
-        const instance *from = &d->instances[i];
-        if (from->removed) continue;
-        const object *shape = &d->objects[CATEGORY_SHAPE].items[from->shape];
-        scene_instance *at = &s->instances[count];
-        *at = (scene_instance){.type = (const primitive_type *)shape->type,
-                               .shape = shape->desc,
-                               .shape_index = from->shape,
-                               .material = from->material == NO_MATERIAL ? s->material_count
-                                                                         : from->material,
-                               .identity = transform_is_identity(&from->to_world),
-                               .to_world = from->to_world};
-        if (from->key_count) {
-            snell_status status = freeze_motion(s, from, at);
-            if (status) {
-                error_place((source_place){shape->file, from->line, 0});
-                return status;
-            }
-        }
-        if (!transform_inverse(&at->to_world, &at->to_local))
-            return error_set_at(SNELL_ERR_ARGUMENT, (source_place){shape->file, from->line, 0},
-                                "a scale of 0 squashes the shape flat",
-                                "%s: the transform cannot be inverted", shape->type->name);
-        find_medium(s, at);
-        out[count] = (accel_instance){.geometry = from->shape,
-                                      .mask = instance_mask(s, at),
-                                      .identity = at->identity,
-                                      .to_world = at->to_world,
-                                      .to_local = at->to_local,
-                                      .moves = at->moves};
-        s->has_filters |= out[count].mask == MASK_FILTER || at->has_medium;
-        s->has_unshadowing |= out[count].mask == MASK_NO_SHADOW;
-        s->has_media |= at->has_medium;
-        s->instance_ids[count++] = (uint32_t)i;
-    }
-    s->instance_count = count;
-    return SNELL_OK;
-}
-
-/* The shapes of lights stand behind all others. */
-static void freeze_bodies(scene *s, uint32_t shape_count, accel_geometry *geometries,
-                          accel_instance *instances) {
-    for (uint32_t i = 0; i < s->body_count; i++) {
-        const light_shape *shape = &s->bodies[i].shape;
-        uint32_t index = s->instance_count++;
-        geometries[shape_count + i] = (accel_geometry){shape->type, shape->desc};
-        s->instances[index] = (scene_instance){.type = shape->type,
-                                               .shape = shape->desc,
-                                               .shape_index = NO_ID,
-                                               .material = s->material_count + 1 + i,
-                                               .hidden_light = !shape->visible,
-                                               .identity = true,
-                                               .to_world = transform_identity(),
-                                               .to_local = transform_identity()};
-        s->instance_ids[index] = NO_ID;
-        instances[index] = (accel_instance){.geometry = shape_count + i,
-                                            .mask = shape->visible ? MASK_LIGHT : MASK_LIGHT_HIDDEN,
-                                            .identity = true,
-                                            .to_world = transform_identity(),
-                                            .to_local = transform_identity()};
-    }
-}
-
-static snell_status freeze_geometry(scene *s, const description *d, const scene_options *options,
-                                    thread_pool *pool) {
-    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    size_t most = d->instance_count + s->body_count;
-    accel_geometry *geometries = memory_zeroed(shapes->count + s->body_count, sizeof *geometries);
-    accel_instance *instances = memory_zeroed(most, sizeof *instances);
-    s->instances = memory_zeroed(most, sizeof *s->instances);
-    s->instance_ids = memory_zeroed(most, sizeof *s->instance_ids);
-    size_t moving = 0;
-    for (size_t i = 0; i < d->instance_count; i++) moving += d->instances[i].key_count != 0;
-    s->motions = memory_zeroed(moving, sizeof *s->motions);
-    snell_status status = SNELL_OK;
-    if (!geometries || !instances || !s->instances || !s->instance_ids || !s->motions)
-        status = error_no_memory();
-    if (!status) status = freeze_instances(s, d, instances);
-    if (!status) {
-        for (size_t i = 0; i < shapes->count; i++)
-            geometries[i] = (accel_geometry){(const primitive_type *)shapes->items[i].type,
-                                             shapes->items[i].desc};
-        freeze_bodies(s, (uint32_t)shapes->count, geometries, instances);
-        accel_input input = {geometries, shapes->count + s->body_count, instances,
-                             s->instance_count};
-        status = accel_build(&input, &options->accel, pool, &s->accel);
-    }
-    if (!status) s->bounds = accel_bounds(s->accel);
-    if (!status) status = scene_freeze_lights(s);
-    free(geometries);
-    free(instances);
-    return status;
+    if (at->type != &primitive_mesh) return at->material;
+    const mesh_desc *mesh = at->shape;
+    return mesh->material_slots_count ? mesh->materials[slot].index1 - 1 : at->material;
 }
 
 void scene_shutter(const description *d, const camera_common *camera, double out[2]) {
@@ -377,10 +250,10 @@ snell_status scene_freeze(const description *d, const scene_options *options, th
     if (s == NULL) return error_no_memory();
     snell_status status = freeze_objects(s, d);
     if (!status) status = prepare_textures(s, pool);
-    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT]);
+    if (!status) status = freeze_light_objects(s, &d->objects[CATEGORY_LIGHT], pool);
     if (!status) freeze_settings(s, d);
     if (!status) status = freeze_clock(s, d);
-    if (!status) status = freeze_geometry(s, d, options, pool);
+    if (!status) status = scene_freeze_geometry(s, d, options, pool);
     if (status)
         scene_destroy(s);
     else
@@ -404,8 +277,13 @@ void scene_destroy(scene *s) {
     free(s->materials);
     free(s->default_material);
     free(s->lights);
+    for (size_t i = 0; s->prepared && i < s->prepared_count; i++)
+        if (s->prepared[i].made) s->prepared[i].type->release(s->prepared[i].made);
+    free(s->prepared);
     free(s->instances);
     free(s->instance_ids);
+    solid_set_destroy(s->solids);
+    free(s->groups);
     for (uint32_t i = 0; i < s->motion_count; i++) motion_free(&s->motions[i]);
     free(s->motions);
     free(s);
@@ -420,87 +298,116 @@ size_t scene_texture_memory(const scene *s) {
     return bytes;
 }
 
-transform scene_instance_transform(const scene *s, uint32_t index, float time) {
-    const scene_instance *at = &s->instances[index];
-    return at->moves ? motion_transform(at->moves, time) : at->to_world;
-}
-
 dvec3 scene_background(const scene *s, dvec3 direction) {
     if (!s->has_gradient) return s->background;
     double t = clamp01((1 + direction.y) / 2);
     return dvec3_add(dvec3_scale(s->background, 1 - t), dvec3_scale(s->background_top, t));
 }
 
-const scene_instance *scene_posed(const scene_instance *at, float time, scene_instance *moved) {
-    if (at->moves == NULL) return at;
-    *moved = *at;
-    motion_at(at->moves, time, &moved->to_world, &moved->to_local);
-    return moved;
-}
-
 void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *out) {
-    scene_instance moved;
-    const scene_instance *at = scene_posed(&s->instances[h->instance], r->time, &moved);
-    local_ray beam = local_ray_make(r, &at->to_local, at->identity);
+    scene_instance room;
+    const scene_instance *at;
+    local_ray beam;
+    if (s->group_count) {
+        shape_path path;
+        scene_find_path(s, h->instance, r->time, &path);
+        beam = shape_path_ray(&path, r);
+        at = path.levels[path.count - 1];
+    } else {
+        at = scene_posed(s, h->instance, r->time, &room);
+        beam = local_ray_make(r, &at->to_local, at->identity);
+    }
     surface here;
     at->type->surface(at->shape, &beam, h, &here);
     dvec3 wo = dvec3_normalize(dvec3_negate(dvec3_from(r->d)));
     scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
 }
 
+static bool has_uv(const scene_instance *at, uint32_t primitive) {
+    if (solid_is(at->type)) return solid_find_part(at->shape, primitive)->has_uv;
+    if (at->type == &primitive_mesh) return ((const mesh_desc *)at->shape)->uvs_count != 0;
+    return !at->type->unbounded;
+}
+
+/* What only textures and bump look at: most materials have none, and this is most of a point. */
+static void set_place(const surface *local, const surface *world, bool has_coordinates,
+                      shade_point *out) {
+    const dvec3 none = {0, 0, 0};
+    texture_point *place = &out->at.at;
+    place->u = local->u;
+    place->v = local->v;
+    place->has_uv = has_coordinates;
+    place->local = local->p;
+    place->n = local->n;
+    place->dpdu = local->dpdu;
+    place->dpdv = local->dpdv;
+    place->dpdx = none;
+    place->dpdy = none;
+    place->dudx = place->dvdx = place->dudy = place->dvdy = 0;
+    out->dpdu = world->dpdu;
+    out->dpdv = world->dpdv;
+}
+
+/* Through every level of groups; dpdu and dpdv only for those who look at them. */
+static void bring_to_world(const scene_instance *at, const shape_path *path, bool tangents,
+                           surface *on) {
+    if (path->count) {
+        shape_path_surface(path, on);
+    } else if (!at->identity) {
+        surface_to_world(on, &at->to_world, &at->to_local);
+        if (tangents) surface_tangents_to_world(on, &at->to_world);
+    }
+}
+
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out) {
-    scene_instance moved;
-    const scene_instance *at = scene_posed(&s->instances[id], time, &moved);
-    if (at->type->parametrise && s->materials[at->material].textured)
-        at->type->parametrise(at->shape, on);
-    dvec3 local = on->p, local_n = on->n, local_u = on->dpdu, local_v = on->dpdv;
-    if (!at->identity) surface_to_world(on, &at->to_world, &at->to_local);
-    uint32_t index = at->material;
-    bool has_uv = true;
-    if (at->type->intersect == NULL) {
-        const mesh_desc *mesh = at->shape;
-        if (mesh->material_slots_count) index = mesh->materials[on->material_slot].index1 - 1;
-        has_uv = mesh->uvs_count != 0;
+    scene_instance room;
+    const scene_instance *at;
+    shape_path path;
+    path.count = 0;
+    if (s->group_count) {
+        scene_find_path(s, id, time, &path);
+        at = path.levels[path.count - 1];
+    } else {
+        at = scene_posed(s, id, time, &room);
+    }
+    const material *made_of = &s->materials[instance_slot(at, on->material_slot)];
+    if (made_of->textured) {
+        if (at->type->parametrise) at->type->parametrise(at->shape, on);
+        surface local = *on;
+        bring_to_world(at, &path, true, on);
+        set_place(&local, on, has_uv(at, primitive), out);
+    } else {
+        bring_to_world(at, &path, false, on);
     }
     bool outside = dvec3_dot(on->n, wo) >= 0;
-    *out = (shade_point){.p = on->p,
-                         .wo = wo,
-                         .n = outside ? on->n : dvec3_negate(on->n),
-                         .ns = outside ? on->ns : dvec3_negate(on->ns),
-                         .outside = outside,
-                         .clearance = on->error,
-                         .instance = id,
-                         .primitive = primitive,
-                         .time = time,
-                         .flat = at->type->flat,
-                         .material = &s->materials[index],
-                         .dpdu = on->dpdu,
-                         .dpdv = on->dpdv,
-                         .curvature = on->curvature,
-                         .at = {.at = {.u = on->u,
-                                       .v = on->v,
-                                       .has_uv = has_uv && !at->type->unbounded,
-                                       .local = local,
-                                       .n = local_n,
-                                       .dpdu = local_u,
-                                       .dpdv = local_v},
-                                .tint = on->tint,
-                                .alpha = on->alpha,
-                                .outside = outside,
-                                .textures = s->textures,
-                                .materials = s->materials}};
+    /* One field after the other, as in surface_make. */
+    out->p = on->p;
+    out->wo = wo;
+    out->n = outside ? on->n : dvec3_negate(on->n);
+    out->ns = outside ? on->ns : dvec3_negate(on->ns);
+    out->outside = outside;
+    out->clearance = on->error;
+    out->instance = id;
+    out->primitive = primitive;
+    out->time = time;
+    out->flat = at->type->flat;
+    out->material = made_of;
+    out->curvature = on->curvature;
+    out->has_footprint = false;
+    out->at.tint = on->tint;
+    out->at.alpha = on->alpha;
+    out->at.outside = outside;
+    out->at.textures = s->textures;
+    out->at.materials = s->materials;
     /* A shading normal that faces away from the eye would reflect through the surface. */
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }
 
-ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max) {
-    surface here = surface_make(point->p, point->n, point->clearance);
-    vec3 o = surface_offset_origin(&here, dvec3_dot(point->n, d));
-    ray r = ray_make(o, vec3_from(d), 0, t_max);
-    if (point->flat) {
-        r.skip_instance = point->instance;
-        r.skip_primitive = point->primitive;
-    }
-    return r;
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out) {
+    vec3 o = surface_offset_point(point->p, point->n, point->clearance, dvec3_dot(point->n, d));
+    *out = ray_make(o, vec3_from(d), 0, t_max);
+    if (!point->flat) return;
+    out->skip_instance = point->instance;
+    out->skip_primitive = point->primitive;
 }

@@ -11,6 +11,7 @@
 #include "materials/material.h"
 #include "geometry/surface.h"
 #include "scene/description.h"
+#include "scene/solids.h"
 
 /* Bits of accel_instance.mask: by what a shadow ray makes of the instance; and the shapes of lights,
  * which the caller's own rays pass: those that the camera sees, which cast shadows too, and those
@@ -26,19 +27,34 @@ enum {
 
 typedef struct scene_instance {
     const primitive_type *type; /* of the shape */
-    const void *shape;          /* its desc */
+    const void *shape;          /* its desc, or what was prepared from it */
     uint32_t shape_index;
-    uint32_t material; /* index into materials; slots of a mesh choose others */
+    uint32_t material; /* index into materials; slots of a mesh or a solid choose others */
     bool identity;
     transform to_world, to_local; /* where it moves: at the first of its steps */
     const motion *moves;          /* NULL: it stands still */
     bool has_medium;
-    medium inside;            /* of its dielectric: a mesh of several has the first one's */
+    medium inside;            /* of its dielectric: what has several, the first one's */
     uint32_t medium_material; /* which that is */
     bool similar;      /* to_world keeps angles, so solid angles are the same in both spaces */
     bool hidden_light; /* the shape of a light that the camera does not see */
-    uint32_t first_emitter, emitter_count;
+    bool shines;       /* it, or something in it, can be sampled as a light */
+    bool bounds_half;  /* it, or something in it, has no end and a medium */
+    uint32_t group;    /* index into groups; NO_ID: a shape */
+    uint32_t first;    /* number of its first shape in the world, or in the group it is part of */
 } scene_instance;
+
+/* What is drawn together, wherever an instance of it stands. A group of the description is one of
+ * these for each way in which materials reach its parts from outside. */
+typedef struct scene_group {
+    uint32_t shape_index;
+    uint32_t forced, usual; /* materials from outside: over all, and for what has none; or NO_ID */
+    uint32_t first_part, part_count; /* in instances */
+    uint32_t shape_count;            /* as if what is in it were flattened */
+    uint32_t mask;                   /* of all that is in it */
+    bool shines, bounds_half;
+    uint32_t next; /* of the same shape, in groups; NO_ID: the last */
+} scene_group;
 
 /* A shape, or a triangle, that shines. */
 typedef struct emitter {
@@ -46,6 +62,11 @@ typedef struct emitter {
     double area; /* in the shape's own space, m^2 */
     double sum;  /* of the weights of its light's emitters up to this one, 1 at the last */
 } emitter;
+
+/* The emitters of one instance. */
+typedef struct surface_light {
+    uint32_t instance, first_emitter, emitter_count;
+} surface_light;
 
 /* The shape of a registry light, which stands behind the description's. */
 typedef struct light_body {
@@ -60,15 +81,22 @@ typedef struct scene {
     light_body *bodies;     /* of those that are; materials[material_count + 1 + i] is body i's */
     void *default_material; /* the desc of materials[material_count] */
     uint32_t texture_count, material_count, light_count, body_count;
-    emitter *emitters;        /* by instance, then by primitive */
-    uint32_t *surface_lights; /* the instances that have emitters */
+    emitter *emitters;             /* by instance, then by primitive */
+    surface_light *surface_lights; /* by instance */
     uint32_t emitter_count, surface_light_count;
     light_tree *tree; /* over the lights that are somewhere (`placed`), then the emitters */
     uint32_t *placed, *nowhere; /* registry lights */
     uint32_t placed_count, nowhere_count;
+    prepared_shape *prepared; /* of the description's shapes */
+    size_t prepared_count;
+    /* Those of the world, then the parts of groups. What a hit calls its instance is the number of a
+     * shape, counted as if all groups were flattened: without groups it is an index. */
     scene_instance *instances;
     uint32_t *instance_ids; /* index in the description of each; NO_ID: the shape of a light */
-    uint32_t instance_count;
+    uint32_t instance_count, part_count; /* of the world, and of all */
+    scene_group *groups;
+    uint32_t group_count, shape_count; /* drawn shapes */
+    solid_set *solids;
     motion *motions; /* of the instances that move, one after the other */
     uint32_t motion_count;
     /* What the motions were clipped to, seconds; -INFINITY, INFINITY without a camera. */
@@ -78,7 +106,8 @@ typedef struct scene {
     dvec3 background, background_top, ambient;
     bool has_gradient;
     double background_alpha;
-    double brightest_background; /* its largest component anywhere */
+    double brightest_background; /* its largest component anywhere, or that of an
+                                    environment */
     bool has_filters;            /* some shadow rays pass through surfaces */
     bool has_unshadowing;        /* something casts no shadow */
     bool has_media;
@@ -87,7 +116,13 @@ typedef struct scene {
 
 typedef struct scene_options {
     accel_options accel;
+    uint64_t memory_max; /* bytes that freezing the geometry may take; 0: not limited */
 } scene_options;
+
+/* What freezing the geometry takes at most, with what is left of it, in bytes; without the description
+ * and without lights. Each group is counted once, though it is frozen for each way in which materials
+ * reach it from outside. For a mesh it is what trees of meshes take in practice, with a third more. */
+uint64_t scene_plan_memory(const description *d);
 
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out);
@@ -97,10 +132,33 @@ dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 
 /* When a camera's shutter opens and closes, in seconds on the scene's clock. */
 void scene_shutter(const description *d, const camera_common *camera, double out[2]);
-/* The instance as it stands at a time: itself, or where it moves *moved, made from it. */
-const scene_instance *scene_posed(const scene_instance *at, float time, scene_instance *moved);
-/* Where the instance is at the time. */
-transform scene_instance_transform(const scene *s, uint32_t index, float time);
+/* The instances on the way down to a shape, the world's first, as they stand at a time. */
+typedef struct shape_path {
+    uint32_t count;
+    const scene_instance *levels[GROUP_DEPTH_MAX + 1];
+    transform to_world[GROUP_DEPTH_MAX + 1], to_local[GROUP_DEPTH_MAX + 1]; /* one level up, down */
+} shape_path;
+void scene_find_path(const scene *s, uint32_t number, float time, shape_path *out);
+/* The ray in the shape's own space, as the kernels see it; a surface of the shape in the world. */
+local_ray shape_path_ray(const shape_path *path, const ray *r);
+void shape_path_surface(const shape_path *path, surface *on);
+/* The box that holds a box of the shape's own space wherever it moves. */
+bounds3 shape_path_bounds(const shape_path *path, bounds3 own);
+/* What shape `number` is, without its place: the last of its path. */
+const scene_instance *scene_find_part(const scene *s, uint32_t number);
+static inline const scene_instance *scene_part(const scene *s, uint32_t number) {
+    return s->group_count ? scene_find_part(s, number) : &s->instances[number];
+}
+/* Shape `number` as it stands at a time in the world: itself, or where it moves or is in a group *room,
+ * made from it. (A group's rays go down level by level: shape_path.) */
+const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
+                                  scene_instance *room);
+/* Where the shape is at the time. */
+transform scene_instance_transform(const scene *s, uint32_t number, float time);
+/* Calls back for each shape of which is_wanted holds, as it does for the groups around it. */
+typedef snell_status scene_shape_fn(void *user, uint32_t number, const scene_instance *part);
+snell_status scene_each_shape(const scene *s, bool (*is_wanted)(const scene_instance *part),
+                              scene_shape_fn *fn, void *user);
 
 /* Everything about a hit that shading needs, in the world. */
 typedef struct shade_point {
@@ -114,13 +172,19 @@ typedef struct shade_point {
     float time;
     bool flat; /* a ray that leaves here cannot hit (instance, primitive) again */
     const material *material;
-    material_point at; /* where the material is looked up */
-    dvec3 dpdu, dpdv;  /* of p by u, v; 0 where the shape has no smooth coordinates */
-    double curvature;  /* of the shape, in its own space (geometry/primitive.h) */
-    /* From this sample to the next to the right (x) and down (y): p and ns. 0 without a footprint. */
+    material_point at; /* where the material is looked up; at.at: if material->textured */
+    /* If material->textured: of p by u, v; 0 where the shape has no smooth coordinates. */
+    dvec3 dpdu, dpdv;
+    double curvature; /* of the shape, in its own space (geometry/primitive.h) */
+    /* Once scene_set_footprint was called: from this sample to the next to the right (x) and down (y), p
+     * and ns; 0 where has_footprint is false. */
     dvec3 dpdx, dpdy, dndx, dndy;
     bool has_footprint;
 } shade_point;
+
+/* The materials of an instance, as surface.material_slot numbers them: indices into materials. */
+uint32_t instance_slot_count(const scene_instance *at);
+uint32_t instance_slot(const scene_instance *at, uint32_t slot);
 
 void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *out);
 /* The same for a point `on` an instance's surface, in its own space, seen from direction wo (unit);
@@ -134,6 +198,6 @@ void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d
 /* Bends ns of a point whose material has a normal map or bump; after the footprint. */
 void scene_bend_normal(const scene *s, shade_point *point);
 /* A ray from the point into direction d (any length), on the side of n that d points to. */
-ray scene_spawn_ray(const shade_point *point, dvec3 d, float t_max);
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out);
 
 #endif

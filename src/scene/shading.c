@@ -14,8 +14,11 @@ static dvec3 transferred(const ray *r, vec3 origin, vec3 direction, double t, dv
  * N = to_local^T n of the local normal n; 1 / |N| is the length of to_world^T ns. */
 static dvec3 normal_change(const scene_instance *at, const hit *h, const shade_point *p,
                            dvec3 step) {
-    dvec3 change =
-        at->type->bend ? at->type->bend(at->shape, h, step) : dvec3_scale(step, p->curvature);
+    dvec3 change = dvec3_scale(step, p->curvature);
+    if (solid_is(at->type))
+        change = solid_bend(at->shape, h, p->curvature, step);
+    else if (at->type->bend)
+        change = at->type->bend(at->shape, h, step);
     if (!at->identity)
         change = dvec3_scale(transform_normal(&at->to_local, change),
                              dvec3_length(transform_normal(&at->to_world, p->ns)));
@@ -28,22 +31,31 @@ static bool is_tame(dvec3 v) { return dvec3_dot(v, v) < 1e30; } /* false for NaN
 void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d, const hit *h,
                          shade_point *p) {
     scene_instance moved;
-    const scene_instance *at = scene_posed(&s->instances[h->instance], r->time, &moved);
+    const scene_instance *at = scene_posed(s, h->instance, r->time, &moved);
     double t = h->t;
+    const dvec3 none = {0, 0, 0};
+    p->dpdx = none;
+    p->dpdy = none;
+    p->dndx = none;
+    p->dndy = none;
     dvec3 dx = transferred(r, d->dox, d->ddx, t, p->n),
           dy = transferred(r, d->doy, d->ddy, t, p->n);
     /* A ray along the surface meets its tangent plane nowhere. */
     if (!is_tame(dx) || !is_tame(dy)) return;
-    texture_point *place = &p->at.at;
-    place->dpdx = at->identity ? dx : transform_vector(&at->to_local, dx);
-    place->dpdy = at->identity ? dy : transform_vector(&at->to_local, dy);
-    if (!is_tame(place->dpdx) || !is_tame(place->dpdy)) return;
-    texture_uv_change(place->dpdu, place->dpdv, place->dpdx, &place->dudx, &place->dvdx);
-    texture_uv_change(place->dpdu, place->dpdv, place->dpdy, &place->dudy, &place->dvdy);
+    dvec3 local_x = at->identity ? dx : transform_vector(&at->to_local, dx),
+          local_y = at->identity ? dy : transform_vector(&at->to_local, dy);
+    if (!is_tame(local_x) || !is_tame(local_y)) return;
+    if (p->material->textured) {
+        texture_point *place = &p->at.at;
+        place->dpdx = local_x;
+        place->dpdy = local_y;
+        texture_uv_change(place->dpdu, place->dpdv, local_x, &place->dudx, &place->dvdx);
+        texture_uv_change(place->dpdu, place->dpdv, local_y, &place->dudy, &place->dvdy);
+    }
     p->dpdx = dx;
     p->dpdy = dy;
-    p->dndx = normal_change(at, h, p, place->dpdx);
-    p->dndy = normal_change(at, h, p, place->dpdy);
+    p->dndx = normal_change(at, h, p, local_x);
+    p->dndy = normal_change(at, h, p, local_y);
     p->has_footprint = true;
 }
 
@@ -94,6 +106,7 @@ static double bump_step(const texture *t, const shade_point *p) {
     bool by_uv = t->map == MAP_UV || (t->map == MAP_AUTO && p->at.at.has_uv);
     double unit = double_min(dvec3_length(p->dpdu), dvec3_length(p->dpdv));
     double least = 0x1p-15 * (by_uv && unit > 0 ? unit : 1);
+    if (!p->has_footprint) return least;
     double footprint = double_max(dvec3_length(p->dpdx), dvec3_length(p->dpdy)) / 2;
     return double_max(least, footprint);
 }
@@ -134,7 +147,7 @@ static dvec3 kept_above(dvec3 good, dvec3 wanted, dvec3 w) {
 
 void scene_bend_normal(const scene *s, shade_point *p) {
     scene_instance moved;
-    const scene_instance *at = scene_posed(&s->instances[p->instance], p->time, &moved);
+    const scene_instance *at = scene_posed(s, p->instance, p->time, &moved);
     const material_common *m = p->material->desc;
     dvec3 n = p->outside ? p->ns : dvec3_negate(p->ns);
     if (m->normal_map.index1) n = mapped_normal(at, m, p, n);

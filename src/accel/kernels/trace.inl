@@ -24,6 +24,9 @@ typedef struct prepared {
 /* What a trace of one ray carries about. best_t starts as t_max, with no ids. */
 typedef struct query {
     const ray *ray;
+    dvec3 o, d;    /* the ray in the space of the level that is traced: the world, or a group */
+    uint32_t base; /* number of that level's first shape */
+    uint32_t unused;
     float best_t, best_u, best_v;
     uint32_t best_instance, best_primitive;
     trace_counters counters;
@@ -329,9 +332,10 @@ INLINE bool trace_analytic(query *q, const prepared *p, const frozen_instance *i
         if (!in->type->intersect(in->desc, &local, &found)) return false;
         float t = float_max(floor_t, found.t);
         if (!(t > r->t_min && t < r->t_max)) return false;
-        if (comes_after(r, t, index, part)) {
+        if (comes_after(r, t, index, found.primitive)) {
             if (any) return true;
-            if (beats_best(q, t, index, part)) take(q, t, found.u, found.v, index, part);
+            if (beats_best(q, t, index, found.primitive))
+                take(q, t, found.u, found.v, index, found.primitive);
             return false;
         }
         if (!(found.t > local.t_min)) return false; /* a shape that broke its contract */
@@ -340,21 +344,21 @@ INLINE bool trace_analytic(query *q, const prepared *p, const frozen_instance *i
 }
 
 /* Out of line: the mesh traversal exists once for each kind of question. */
-static bool visit_closest(query *q, const prepared *world, const accel *a, uint32_t index,
-                          float floor_t, bool bounded);
-static bool visit_any(query *q, const prepared *world, const accel *a, uint32_t index,
+static bool visit_closest(query *q, const prepared *outer, const frozen_level *level,
+                          uint32_t index, float floor_t, bool bounded);
+static bool visit_any(query *q, const prepared *outer, const frozen_level *level, uint32_t index,
                       float floor_t, bool bounded);
 
-INLINE bool visit_instance(query *q, const prepared *world, const accel *a, uint32_t index,
-                           float floor_t, bool bounded, const bool any) {
-    return any ? visit_any(q, world, a, index, floor_t, bounded)
-               : visit_closest(q, world, a, index, floor_t, bounded);
+INLINE bool visit_instance(query *q, const prepared *outer, const frozen_level *level,
+                           uint32_t index, float floor_t, bool bounded, const bool any) {
+    return any ? visit_any(q, outer, level, index, floor_t, bounded)
+               : visit_closest(q, outer, level, index, floor_t, bounded);
 }
 
-/* Through a tree with one thing in each leaf: an instance; or, where `in` is not NULL, a part of it,
- * which has the number `index`. */
-INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const accel *a,
-                      const frozen_instance *in, uint32_t index, float floor_t, const bool any) {
+/* Through a tree with one thing in each leaf: an instance of the level; or, where `in` is not NULL, a
+ * part of it, which has the number `number`. */
+INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const frozen_level *level,
+                      const frozen_instance *in, uint32_t number, float floor_t, const bool any) {
     if (tree->node_count == 0) return false;
     uint64_t stack[BVH_STACK_SIZE], *top = stack;
     const slabs8 slabs = widen_slabs(p);
@@ -362,9 +366,9 @@ INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const a
     for (;;) {
         uint32_t reference = (uint32_t)item, leaf = reference & ~BVH_LEAF;
         if (reference & BVH_LEAF) {
-            float low = item_entry(item);
-            if (in ? trace_analytic(q, p, in, index, leaf, float_max(low, floor_t), any)
-                   : visit_instance(q, p, a, leaf, low, true, any))
+            float low = float_max(item_entry(item), floor_t);
+            if (in ? trace_analytic(q, p, in, number, leaf, low, any)
+                   : visit_instance(q, p, level, leaf, low, true, any))
                 return true;
         } else {
             const bvh_node *node = &tree->nodes[reference];
@@ -384,19 +388,51 @@ INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const a
     }
 }
 
-static __attribute__((noinline)) bool trace_parts(query *q, const prepared *p, const accel *a,
-                                                  uint32_t index, float floor_t, const bool any) {
-    const frozen_instance *in = &a->instances[index];
-    return walk_tree(q, p, in->parts, a, in, index, floor_t, any);
+static __attribute__((noinline)) bool trace_parts(query *q, const prepared *p,
+                                                  const frozen_instance *in, uint32_t number,
+                                                  float floor_t, const bool any) {
+    return walk_tree(q, p, in->parts, NULL, in, number, floor_t, any);
 }
 
-/* floor_t: the entry of the instance's box in the world (t_min without one). */
-INLINE bool trace_instance(query *q, const prepared *world, const accel *a, uint32_t index,
-                           float floor_t, bool bounded, const bool any) {
-    const frozen_instance *in = &a->instances[index];
+/* Groups nest GROUP_DEPTH_MAX deep, so this recurses no deeper. */
+INLINE bool trace_level(query *q, const prepared *p, const frozen_level *level, float floor_t,
+                        const bool any) {
+    for (size_t i = 0; i < level->unbounded_count; i++)
+        if (visit_instance(q, p, level, level->unbounded[i], floor_t, false, any)) return true;
+    return walk_tree(q, p, &level->top, level, NULL, 0, floor_t, any);
+}
+
+static __attribute__((noinline)) bool group_closest(query *q, const prepared *p,
+                                                    const frozen_level *group, float floor_t) {
+    return trace_level(q, p, group, floor_t, false);
+}
+
+static __attribute__((noinline)) bool group_any(query *q, const prepared *p,
+                                                const frozen_level *group, float floor_t) {
+    return trace_level(q, p, group, floor_t, true);
+}
+
+/* p: the ray in the group's space, as o and d are, but in float. */
+static bool trace_group(query *q, const prepared *p, const frozen_instance *in, dvec3 o, dvec3 d,
+                        float floor_t, const bool any) {
+    dvec3 outer_o = q->o, outer_d = q->d;
+    uint32_t outer_base = q->base;
+    q->o = o, q->d = d, q->base += in->first;
+    bool found =
+        any ? group_any(q, p, in->group, floor_t) : group_closest(q, p, in->group, floor_t);
+    q->o = outer_o, q->d = outer_d, q->base = outer_base;
+    return found;
+}
+
+/* outer: the ray in the space of the level. floor_t: the largest entry of the boxes of this instance
+ * and of the groups around it (t_min without one). */
+INLINE bool trace_instance(query *q, const prepared *outer, const frozen_level *level,
+                           uint32_t index, float floor_t, bool bounded, const bool any) {
+    const frozen_instance *in = &level->instances[index];
     if (!(in->mask & q->ray->mask)) return false;
     prepared local;
-    const prepared *p = world;
+    const prepared *p = outer;
+    dvec3 o = q->o, d = q->d;
     if (!in->identity) {
         const transform *to_local = &in->to_local;
         transform moved, moved_inverse;
@@ -404,35 +440,42 @@ INLINE bool trace_instance(query *q, const prepared *world, const accel *a, uint
             if (!motion_at(in->moves, q->ray->time, &moved, &moved_inverse)) return false;
             to_local = &moved_inverse;
         }
-        vec3 o = vec3_from(transform_point(to_local, dvec3_from(q->ray->o)));
-        vec3 d = vec3_from(transform_vector(to_local, dvec3_from(q->ray->d)));
-        if (!prepare(&local, o, d, world->t_min, world->t_max)) return false;
+        o = transform_point(to_local, o);
+        d = transform_vector(to_local, d);
+        if (!prepare(&local, vec3_from(o), vec3_from(d), outer->t_min, outer->t_max)) return false;
         p = &local;
     }
-    if (in->mesh) return trace_mesh(q, p, in->mesh, index, floor_t, any);
-    if (in->parts) return trace_parts(q, p, a, index, floor_t, any);
+    uint32_t number = q->base + in->first;
+    if (in->mesh) return trace_mesh(q, p, in->mesh, number, floor_t, any);
+    if (in->parts) return trace_parts(q, p, in, number, floor_t, any);
+    if (in->group) return trace_group(q, p, in, o, d, floor_t, any);
     if (bounded && !in->identity) {
         float entry;
         if (!test_box(p, &in->bounds, &entry)) return false;
         floor_t = float_max(entry, floor_t);
     }
-    return trace_analytic(q, p, in, index, 0, floor_t, any);
+    return trace_analytic(q, p, in, number, 0, floor_t, any);
 }
 
-static __attribute__((noinline)) bool visit_closest(query *q, const prepared *world, const accel *a,
-                                                    uint32_t index, float floor_t, bool bounded) {
-    return trace_instance(q, world, a, index, floor_t, bounded, false);
+static __attribute__((noinline)) bool visit_closest(query *q, const prepared *outer,
+                                                    const frozen_level *level, uint32_t index,
+                                                    float floor_t, bool bounded) {
+    return trace_instance(q, outer, level, index, floor_t, bounded, false);
 }
 
-static __attribute__((noinline)) bool visit_any(query *q, const prepared *world, const accel *a,
-                                                uint32_t index, float floor_t, bool bounded) {
-    return trace_instance(q, world, a, index, floor_t, bounded, true);
+static __attribute__((noinline)) bool visit_any(query *q, const prepared *outer,
+                                                const frozen_level *level, uint32_t index,
+                                                float floor_t, bool bounded) {
+    return trace_instance(q, outer, level, index, floor_t, bounded, true);
 }
 
-INLINE bool trace_top(query *q, const prepared *world, const accel *a, const bool any) {
-    for (size_t i = 0; i < a->unbounded_count; i++)
-        if (visit_instance(q, world, a, a->unbounded[i], world->t_min, false, any)) return true;
-    return walk_tree(q, world, &a->top, a, NULL, 0, world->t_min, any);
+/* False: the ray hits nothing by definition; or, if `any` was asked, none was found. */
+INLINE bool trace_world(query *q, const accel *a, const ray *r, const bool any) {
+    prepared world;
+    q->ray = r;
+    q->o = dvec3_from(r->o), q->d = dvec3_from(r->d);
+    return prepare(&world, r->o, r->d, r->t_min, r->t_max) &&
+           trace_level(q, &world, &a->world, r->t_min, any);
 }
 
 static void add_counters(trace_counters *to, const trace_counters *from) {
@@ -447,11 +490,9 @@ static void trace_rays(const accel *a, const ray *rays, hit *hits, size_t count,
     query q = {0};
     for (size_t i = 0; i < count; i++) {
         const ray *r = &rays[i];
-        q.ray = r;
         q.best_t = r->t_max, q.best_u = 0, q.best_v = 0;
         q.best_instance = NO_ID, q.best_primitive = NO_ID;
-        prepared world;
-        if (prepare(&world, r->o, r->d, r->t_min, r->t_max)) trace_top(&q, &world, a, false);
+        trace_world(&q, a, r, false);
         float t = q.best_instance == NO_ID ? INFINITY : q.best_t;
         hits[i] = (hit){t, q.best_u, q.best_v, q.best_primitive, q.best_instance};
     }
@@ -463,12 +504,8 @@ static void occlude_rays(const accel *a, const ray *rays, uint8_t *blocked, size
     query q = {0};
     q.best_instance = NO_ID, q.best_primitive = NO_ID;
     for (size_t i = 0; i < count; i++) {
-        const ray *r = &rays[i];
-        q.ray = r;
-        q.best_t = r->t_max;
-        prepared world;
-        blocked[i] =
-            prepare(&world, r->o, r->d, r->t_min, r->t_max) && trace_top(&q, &world, a, true);
+        q.best_t = rays[i].t_max;
+        blocked[i] = trace_world(&q, a, &rays[i], true);
     }
     if (counters) add_counters(counters, &q.counters);
 }

@@ -1,0 +1,11 @@
+/* The instances of the description and its groups, frozen: what is drawn, and the tree over it. */
+#ifndef SNELL_SCENE_INSTANCES_H
+#define SNELL_SCENE_INSTANCES_H
+
+#include "scene/scene.h"
+
+/* After materials, lights and the clock are frozen. */
+snell_status scene_freeze_geometry(scene *s, const description *d, const scene_options *options,
+                                   thread_pool *pool);
+
+#endif

@@ -1,0 +1,152 @@
+/* From the number of a shape, counted as if all groups were flattened, to what it is and where. */
+#include "scene/scene.h"
+
+/* The last of `parts` whose first shape is not after `number`. */
+static const scene_instance *find_in_level(const scene_instance *parts, uint32_t count,
+                                           uint32_t number) {
+    uint32_t low = 0, high = count - 1;
+    while (low < high) {
+        uint32_t middle = low + (high - low + 1) / 2;
+        if (parts[middle].first <= number)
+            low = middle;
+        else
+            high = middle - 1;
+    }
+    return &parts[low];
+}
+
+/* The way down, with nothing posed; returns its length. */
+static uint32_t find_levels(const scene *s, uint32_t number,
+                            const scene_instance *levels[GROUP_DEPTH_MAX + 1]) {
+    const scene_instance *parts = s->instances;
+    uint32_t part_count = s->instance_count, depth = 0;
+    for (;;) {
+        const scene_instance *at = find_in_level(parts, part_count, number);
+        levels[depth++] = at;
+        if (at->group == NO_ID) return depth;
+        const scene_group *group = &s->groups[at->group];
+        number -= at->first;
+        parts = s->instances + group->first_part;
+        part_count = group->part_count;
+    }
+}
+
+const scene_instance *scene_find_part(const scene *s, uint32_t number) {
+    if (s->group_count == 0) return &s->instances[number];
+    const scene_instance *levels[GROUP_DEPTH_MAX + 1];
+    return levels[find_levels(s, number, levels) - 1];
+}
+
+void scene_find_path(const scene *s, uint32_t number, float time, shape_path *out) {
+    out->count = find_levels(s, number, out->levels);
+    for (uint32_t i = 0; i < out->count; i++) {
+        const scene_instance *at = out->levels[i];
+        out->to_world[i] = at->to_world;
+        out->to_local[i] = at->to_local;
+        if (at->moves) motion_at(at->moves, time, &out->to_world[i], &out->to_local[i]);
+    }
+}
+
+local_ray shape_path_ray(const shape_path *path, const ray *r) {
+    dvec3 o = dvec3_from(r->o), d = dvec3_from(r->d);
+    for (uint32_t i = 0; i < path->count; i++) {
+        if (path->levels[i]->identity) continue;
+        o = transform_point(&path->to_local[i], o);
+        d = transform_vector(&path->to_local[i], d);
+    }
+    return (local_ray){vec3_from(o), vec3_from(d), r->t_min, r->t_max};
+}
+
+/* Level by level. A shift in the parent's space is at most |to_local| (Frobenius) times as long here,
+ * and what a curve then takes along n counts 1 / |N| there: so much more curved it is. */
+void shape_path_surface(const shape_path *path, surface *on) {
+    double own = on->curvature;
+    for (uint32_t i = path->count; i-- > 0;) {
+        if (path->levels[i]->identity) continue;
+        const transform *to_local = &path->to_local[i];
+        double norm_squared = 0, length = dvec3_length(transform_normal(to_local, on->n));
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++)
+                norm_squared += (double)to_local->m[j][k] * (double)to_local->m[j][k];
+        surface_to_world(on, &path->to_world[i], to_local);
+        surface_tangents_to_world(on, &path->to_world[i]);
+        if (length > 0) on->curvature *= norm_squared / length;
+    }
+    on->curvature = own;
+}
+
+bounds3 shape_path_bounds(const shape_path *path, bounds3 box) {
+    for (uint32_t i = path->count; i-- > 0;) {
+        const scene_instance *at = path->levels[i];
+        if (at->moves)
+            box = motion_bounds(at->moves, box);
+        else if (!at->identity)
+            box = transform_bounds(&at->to_world, box);
+    }
+    return box;
+}
+
+/* Matrices composed in double and rounded once: near enough for all but the rays themselves. */
+static void compose(const shape_path *path, scene_instance *out) {
+    dtransform to_world = dtransform_from(&path->to_world[0]),
+               to_local = dtransform_from(&path->to_local[0]);
+    *out = *path->levels[path->count - 1];
+    out->similar = out->identity = true;
+    out->moves = NULL;
+    for (uint32_t i = 0; i < path->count; i++) {
+        const scene_instance *at = path->levels[i];
+        out->similar &= at->similar;
+        out->identity &= at->identity;
+        if (at->moves && !out->moves) out->moves = at->moves;
+        if (i == 0) continue;
+        dtransform down = dtransform_from(&path->to_local[i]),
+                   up = dtransform_from(&path->to_world[i]);
+        to_local = dtransform_multiply(&down, &to_local);
+        to_world = dtransform_multiply(&to_world, &up);
+    }
+    out->to_world = dtransform_round(&to_world);
+    out->to_local = dtransform_round(&to_local);
+}
+
+const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
+                                  scene_instance *room) {
+    if (s->group_count) {
+        shape_path path;
+        scene_find_path(s, number, time, &path);
+        compose(&path, room);
+        return room;
+    }
+    const scene_instance *at = &s->instances[number];
+    if (at->moves == NULL) return at;
+    *room = *at;
+    motion_at(at->moves, time, &room->to_world, &room->to_local);
+    return room;
+}
+
+transform scene_instance_transform(const scene *s, uint32_t number, float time) {
+    scene_instance room;
+    return scene_posed(s, number, time, &room)->to_world;
+}
+
+static snell_status each_part(const scene *s, uint32_t first, uint32_t count, uint32_t base,
+                              bool (*is_wanted)(const scene_instance *part), scene_shape_fn *fn,
+                              void *user) {
+    snell_status status = SNELL_OK;
+    for (uint32_t i = 0; i < count && !status; i++) {
+        const scene_instance *at = &s->instances[first + i];
+        if (!is_wanted(at)) continue;
+        if (at->group == NO_ID) {
+            status = fn(user, base + at->first, at);
+        } else {
+            const scene_group *group = &s->groups[at->group];
+            status = each_part(s, group->first_part, group->part_count, base + at->first, is_wanted,
+                               fn, user);
+        }
+    }
+    return status;
+}
+
+snell_status scene_each_shape(const scene *s, bool (*is_wanted)(const scene_instance *part),
+                              scene_shape_fn *fn, void *user) {
+    return each_part(s, 0, s->instance_count, 0, is_wanted, fn, user);
+}

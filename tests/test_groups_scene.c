@@ -1,0 +1,438 @@
+/* Scenes with groups: the hits and the pictures of the same scene taken apart, in memory that is stated
+ * beforehand. */
+#include "api/api.h"
+#include "render_test.h"
+
+#include <string.h>
+
+static rig bench;
+
+static int open_bench(void **state) {
+    (void)state;
+    bench = rig_make(2, SNELL_ISA_AUTO);
+    return 0;
+}
+
+static int close_bench(void **state) {
+    (void)state;
+    rig_free(&bench);
+    return 0;
+}
+
+enum { LEVELS = 3, PARTS = 3 };
+
+/* Exact: turns by quarters, mirrors, whole shifts. */
+static transform exact(uint64_t *random) {
+    transform m = {{{0, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 0, 0}}};
+    int shift = (int)(3 * uniform(random)), turn = uniform(random) < 0.5 ? 1 : 2;
+    for (int i = 0; i < 3; i++) {
+        m.m[i][(shift + turn * i) % 3] = uniform(random) < 0.5 ? -1 : 1;
+        m.m[i][3] = (float)(int)(3 * uniform(random) - 1.5);
+    }
+    return m;
+}
+
+static transform sheared(uint64_t *random) {
+    transform m = exact(random);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) m.m[i][j] += (float)(0.3 * uniform(random) - 0.15);
+    return m;
+}
+
+typedef struct plan {
+    snell_shape_id shapes[3];
+    snell_material_id materials[3];
+    transform at[LEVELS][PARTS];
+    bool has_material[LEVELS][PARTS];
+    motion_key keys[2]; /* of the last part of each level; times 0: none */
+} plan;
+
+static plan make_plan(transform (*any)(uint64_t *), bool shining) {
+    plan p = {.keys = {{0, transform_identity()}, {0, transform_identity()}}};
+    uint64_t random = 5;
+    snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+    snell_box_desc box = SNELL_INIT(box_desc);
+    const snell_vec3 corners[] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const uint32_t faces[] = {0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3};
+    ball.radius = 0.75f;
+    box.min = v3(-0.5, -0.5, -0.25);
+    box.max = v3(0.5, 0.25, 0.75);
+    MUST(snell_scene_add_sphere(bench.scene, &ball, &p.shapes[0]));
+    MUST(snell_scene_add_box(bench.scene, &box, &p.shapes[1]));
+    p.shapes[2] = add_mesh(&bench, corners, 4, faces, 12);
+    p.materials[0] = add_lambert(&bench, v3(0.8, 0.3, 0.2));
+    p.materials[1] = shining ? add_glow(&bench, v3(2, 3, 4)) : add_mirror(&bench, grey(0.8));
+    p.materials[2] = add_glass(&bench, 1.5, v3(0.1, 0.2, 0.3), 0);
+    for (int l = 0; l < LEVELS; l++)
+        for (int i = 0; i < PARTS; i++) {
+            p.at[l][i] = any(&random);
+            p.has_material[l][i] = l == 1 && i == 1;
+        }
+    return p;
+}
+
+static transform moved(const plan *p, int key, int level, int part) {
+    if (level == 0 || part != PARTS - 1) return p->at[level][part];
+    return transform_multiply(&p->keys[key].transform, &p->at[level][part]);
+}
+
+static void give_motion(const plan *p, int level, int part, snell_instance_id id) {
+    if (p->keys[1].time == 0 || level == 0 || part != PARTS - 1) return;
+    motion_key keys[2];
+    for (int k = 0; k < 2; k++) keys[k] = (motion_key){p->keys[k].time, moved(p, k, level, part)};
+    MUST(snell_scene_set_instance_motion(bench.scene, id, keys, 2));
+}
+
+static const snell_material_id none = {0, 0};
+
+static void build_nested(const plan *p) {
+    snell_shape_id group = {0, 0};
+    for (int l = 0; l < LEVELS; l++) {
+        snell_instance_id parts[PARTS];
+        for (int i = 0; i < PARTS; i++) {
+            snell_shape_id shape = l == 0 ? p->shapes[i] : group;
+            snell_material_id m = l == 0                  ? p->materials[i]
+                                  : p->has_material[l][i] ? p->materials[0]
+                                                          : none;
+            MUST(snell_scene_add_instance(bench.scene, shape, m, &p->at[l][i], &parts[i]));
+            give_motion(p, l, i, parts[i]);
+        }
+        MUST(snell_scene_add_group(bench.scene, parts, PARTS, NULL, &group));
+    }
+    MUST(snell_scene_add_instance(bench.scene, group, none, NULL, NULL));
+}
+
+static transform whole(const plan *p, int key, int a, int b, int c) {
+    transform each[LEVELS] = {moved(p, key, 2, a), moved(p, key, 1, b), moved(p, key, 0, c)};
+    dtransform product = dtransform_from(&each[0]);
+    for (int i = 1; i < LEVELS; i++) {
+        dtransform next = dtransform_from(&each[i]);
+        product = dtransform_multiply(&product, &next);
+    }
+    return dtransform_round(&product);
+}
+
+static void build_flat(const plan *p) {
+    for (int a = 0; a < PARTS; a++)
+        for (int b = 0; b < PARTS; b++)
+            for (int c = 0; c < PARTS; c++) {
+                snell_instance_id id;
+                motion_key keys[2];
+                for (int k = 0; k < 2; k++)
+                    keys[k] = (motion_key){p->keys[k].time, whole(p, k, a, b, c)};
+                snell_material_id m = p->materials[p->has_material[1][b] ? 0 : c];
+                MUST(snell_scene_add_instance(bench.scene, p->shapes[c], m, &keys[0].transform,
+                                              &id));
+                if (p->keys[1].time > 0)
+                    MUST(snell_scene_set_instance_motion(bench.scene, id, keys, 2));
+            }
+}
+
+enum { QUERIES = 4000 };
+
+static void query(snell_hit *hits, float time) {
+    static snell_ray rays[QUERIES];
+    uint64_t random = 9;
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    for (int i = 0; i < QUERIES; i++) {
+        double x = uniform(&random), y = uniform(&random), z = uniform(&random);
+        snell_vec3 from = v3(16 * x - 8, 16 * y - 8, 16 * z - 8);
+        double u = uniform(&random), v = uniform(&random), w = uniform(&random);
+        rays[i] = (snell_ray){from,     0,    vec3_sub(v3(6 * u - 3, 6 * v - 3, 6 * w - 3), from),
+                              INFINITY, time, 1};
+    }
+    MUST(snell_scene_intersect(bench.scene, rays, hits, QUERIES));
+}
+
+static void compare(transform (*any)(uint64_t *), float time, double tolerance,
+                    int misses_allowed) {
+    static snell_hit hits[2][QUERIES];
+    const snell_hit *nested = hits[0], *taken_apart = hits[1];
+    for (int k = 0; k < 2; k++) {
+        rig_clear(&bench);
+        plan p = make_plan(any, false);
+        if (time > 0) {
+            p.keys[1].time = 1;
+            p.keys[1].transform.m[0][3] = 2;
+            p.keys[1].transform.m[2][3] = -1;
+        }
+        if (k)
+            build_flat(&p);
+        else
+            build_nested(&p);
+        query(hits[k], time);
+    }
+    int found = 0, different = 0, equal = 0;
+    for (int i = 0; i < QUERIES; i++) {
+        const snell_hit *a = &nested[i], *b = &taken_apart[i];
+        bool hit_a = a->instance.index1 != 0, hit_b = b->instance.index1 != 0;
+        found += hit_b;
+        if (hit_a != hit_b || (hit_a && (a->number != b->number || a->primitive != b->primitive))) {
+            different++;
+            continue;
+        }
+        if (!hit_a) continue;
+        equal += memcmp(&a->t, &b->t, sizeof a->t) == 0;
+        assert_true(fabs((double)a->t - (double)b->t) <= tolerance * (double)b->t);
+        dvec3 off = dvec3_sub(dvec3_from(a->normal), dvec3_from(b->normal));
+        assert_true(dvec3_length(off) < 100 * tolerance);
+    }
+    printf("%d of %d rays hit, %d of them with the same bits, %d something else\n", found, QUERIES,
+           equal, different);
+    assert_true(found > QUERIES / 10 && different <= misses_allowed);
+}
+
+static void groups_are_what_they_are_taken_apart(void **state) {
+    (void)state;
+    compare(exact, 0, 1e-6, 0);
+    compare(sheared, 0, 2e-5, 4);
+    compare(exact, 0.5f, 1e-6, 4); /* edges move through the rays' grid */
+    compare(sheared, 0.3f, 2e-5, 4);
+}
+
+/* The two pictures' mean difference, relative to the mean of both. */
+static double difference(snell_integrator policy, transform (*any)(uint64_t *), bool shining) {
+    static rgb pixels[2][32 * 32];
+    for (int k = 0; k < 2; k++) {
+        rig_clear(&bench);
+        plan p = make_plan(any, shining);
+        if (k)
+            build_flat(&p);
+        else
+            build_nested(&p);
+        add_point(&bench, v3(4, 6, 8), v3(300, 300, 300));
+        MUST(snell_scene_set_ambient(bench.scene, grey(0.2)));
+        MUST(snell_scene_set_background(bench.scene, v3(0.2, 0.3, 0.4), 1));
+        snell_render_desc desc = picture(policy, 32, 32, 6);
+        snell_view view = look(v3(3, 4, 9), v3(0, 0, 0));
+        desc.samples = 4;
+        desc.view = &view;
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        MUST(snell_render(bench.scene, &desc, bench.film));
+        for (uint32_t i = 0; i < 32 * 32; i++) pixels[k][i] = pixel_at(&bench, i % 32, i / 32);
+    }
+    double sum = 0, off = 0;
+    for (int i = 0; i < 32 * 32; i++) {
+        sum += pixels[0][i].c[0] + pixels[1][i].c[0];
+        off += fabs(pixels[0][i].c[0] - pixels[1][i].c[0]);
+    }
+    return 2 * off / sum;
+}
+
+static void pictures_are_those_taken_apart(void **state) {
+    (void)state;
+    static const snell_integrator policies[] = {SNELL_WHITTED, SNELL_COOK, SNELL_PATH};
+    for (int k = 0; k < 6; k++) {
+        double whole = difference(policies[k / 2], exact, k % 2),
+               turned = difference(policies[k / 2], sheared, k % 2);
+        printf("policy %d, %s: %.2g of the light differs, sheared %.2g\n", k / 2,
+               k % 2 ? "shining" : "mirrors", whole, turned);
+        /* The same random numbers: only roundings differ, and which way a few rays go. */
+        assert_true(whole < 0.01 && turned < 0.05);
+    }
+}
+
+/* A ball in a group in a group that lies in the world twice. */
+static void a_hit_has_a_path(void **state) {
+    (void)state;
+    rig_clear(&bench);
+    snell_instance_id ball = add_sphere(&bench, v3(0, 0, 0), 1, none), inner, outer[2], path[9];
+    snell_shape_id group;
+    snell_material_id red = add_lambert(&bench, v3(1, 0, 0));
+    uint32_t count;
+    MUST(snell_scene_add_group(bench.scene, &ball, 1, "inner", &group));
+    MUST(snell_scene_add_instance(bench.scene, group, none, NULL, &inner));
+    MUST(snell_scene_add_group(bench.scene, &inner, 1, "outer", &group));
+    for (int i = 0; i < 2; i++) {
+        transform at = transform_identity();
+        at.m[0][3] = (float)(10 * i);
+        MUST(snell_scene_add_instance(bench.scene, group, i ? red : none, &at, &outer[i]));
+    }
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    assert_int_equal(bench.scene->frozen->group_count, 4); /* once in red */
+    snell_ray rays[3] = {{v3(10, 0, 5), 0, v3(0, 0, -1), INFINITY, 0, 1},
+                         {v3(0, 0, 5), 0, v3(0, 0, -1), INFINITY, 0, 1},
+                         {v3(5, 0, 5), 0, v3(0, 0, -1), INFINITY, 0, 1}};
+    snell_hit hits[3];
+    MUST(snell_scene_intersect(bench.scene, rays, hits, 3));
+    for (uint32_t i = 0; i < 2; i++) {
+        MUST(snell_scene_get_path(bench.scene, &hits[i], path, &count));
+        assert_int_equal(count, 3);
+        assert_int_equal(hits[i].number, 1 - i);
+        assert_int_equal(path[0].index1, outer[1 - i].index1);
+        assert_int_equal(hits[i].instance.index1, outer[1 - i].index1);
+        assert_int_equal(path[1].index1, inner.index1);
+        assert_int_equal(path[2].index1, ball.index1);
+    }
+    assert_int_equal(snell_scene_get_path(bench.scene, &hits[2], path, &count), SNELL_ERR_ARGUMENT);
+    snell_bounds box;
+    MUST(snell_scene_bounds(bench.scene, &box));
+    assert_true(box.min.x >= -1.001f && box.max.x <= 11.001f && box.max.x >= 11);
+
+    /* A part moves, and every copy with it; then it is gone. */
+    transform up = transform_identity();
+    up.m[1][3] = 4;
+    MUST(snell_scene_set_instance_transform(bench.scene, ball, &up));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    MUST(snell_scene_intersect(bench.scene, rays, hits, 3));
+    assert_true(hits[0].instance.index1 == 0 && hits[1].instance.index1 == 0);
+    MUST(snell_scene_remove_instance(bench.scene, ball));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    rays[0].origin.y = 4;
+    MUST(snell_scene_intersect(bench.scene, rays, hits, 3));
+    assert_int_equal(hits[0].instance.index1, 0);
+}
+
+static void refused(snell_status status, const char *text) {
+    assert_int_equal(status, SNELL_ERR_ARGUMENT);
+    assert_string_equal(snell_last_error()->text, text);
+}
+
+static void wrong_groups_are_errors(void **state) {
+    (void)state;
+    rig_clear(&bench);
+    snell_instance_id part = add_sphere(&bench, v3(0, 0, 0), 1, none), twice[2] = {part, part},
+                      nothing = {77, 0}, stale = {1, 5};
+    snell_shape_id group;
+    refused(snell_scene_add_group(bench.scene, twice, 2, NULL, &group),
+            "group: part 2 is given twice");
+    refused(snell_scene_add_group(bench.scene, &nothing, 1, NULL, &group),
+            "group: part 1 does not exist");
+    refused(snell_scene_add_group(bench.scene, &stale, 1, NULL, &group),
+            "group: part 1 does not exist");
+    size_t shapes = bench.scene->description->objects[CATEGORY_SHAPE].count;
+    for (int depth = 1; depth <= 8; depth++) {
+        MUST(snell_scene_add_group(bench.scene, &part, 1, NULL, &group));
+        refused(snell_scene_add_group(bench.scene, &part, 1, NULL, NULL),
+                "group: part 1 is in a group already");
+        MUST(snell_scene_add_instance(bench.scene, group, none, NULL, &part));
+    }
+    refused(snell_scene_add_group(bench.scene, &part, 1, NULL, &group),
+            "groups are nested more than 8 deep");
+    assert_int_equal(bench.scene->description->objects[CATEGORY_SHAPE].count, shapes + 8);
+    transform flat = {{{1, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 1, 0}}};
+    assert_int_equal(snell_scene_set_instance_transform(bench.scene, part, &flat),
+                     SNELL_ERR_ARGUMENT);
+    MUST(snell_scene_commit(bench.scene, NULL, NULL)); /* depth 8 is fine */
+}
+
+/* Boxes that shine, in groups: every copy is a light, and a cap is a cap. */
+static void copies_of_what_shines_are_lights(void **state) {
+    (void)state;
+    rig_clear(&bench);
+    snell_material_id glow = add_glow(&bench, grey(1));
+    snell_shape_id group;
+    snell_instance_id parts[3];
+    for (int i = 0; i < 3; i++) parts[i] = add_sphere(&bench, v3(3 * i, 0, 0), 1, i ? glow : none);
+    for (int level = 0; level < 3; level++) {
+        MUST(snell_scene_add_group(bench.scene, parts, 3, NULL, &group));
+        for (int i = 0; i < 3; i++) {
+            transform at = transform_identity();
+            at.m[1 + level % 2][3] = (float)(10 * i);
+            MUST(snell_scene_add_instance(bench.scene, group, none, &at, &parts[i]));
+        }
+    }
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    assert_int_equal(bench.scene->frozen->shape_count, 81);
+    assert_int_equal(bench.scene->frozen->surface_light_count, 54);
+}
+
+/* ---- much of little ---- */
+
+/* Groups to depth 8: 64 of a ball, 8 of that, and so on: 16,777,216 balls. */
+static void build_many(void) {
+    snell_instance_id parts[64];
+    snell_shape_id group;
+    add_sphere(&bench, v3(0, 0, 0), 1, none);
+    parts[0] = (snell_instance_id){1, 0};
+    MUST(snell_scene_add_group(bench.scene, parts, 1, "balls 1", &group));
+    for (int level = 2; level <= 8; level++) {
+        int count = level == 2 ? 64 : 8;
+        for (int i = 0; i < count; i++) {
+            transform at = transform_identity();
+            for (int k = 0; k < 3; k++) {
+                at.m[k][k] = level == 2 ? 0.24f : 0.48f;
+                int steps = level == 2 ? 4 : 2, step = (k == 0   ? i
+                                                        : k == 1 ? i / steps
+                                                                 : i / steps / steps) %
+                                                       steps;
+                at.m[k][3] = (float)(step * 2 - (steps - 1)) / (float)(steps / 2);
+            }
+            MUST(snell_scene_add_instance(bench.scene, group, none, &at, &parts[i]));
+        }
+        MUST(snell_scene_add_group(bench.scene, parts, (size_t)count, NULL, &group));
+    }
+    MUST(snell_scene_add_instance(bench.scene, group, none, NULL, NULL));
+}
+
+static size_t resident(void) {
+    FILE *f = fopen("/proc/self/statm", "r");
+    unsigned long all = 0, pages = 0;
+    if (f) {
+        if (fscanf(f, "%lu %lu", &all, &pages) != 2) pages = 0;
+        fclose(f);
+    }
+    return pages * 4096;
+}
+
+static void ten_million_shapes_in_the_stated_memory(void **state) {
+    (void)state;
+    rig_clear(&bench);
+    build_many();
+    snell_scene_stats stats = {.struct_size = sizeof stats};
+    MUST(snell_scene_get_stats(bench.scene, &stats));
+    assert_int_equal(stats.memory_accel, 0); /* stated before anything is built */
+    size_t before = resident();
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    snell_render_desc desc = picture(SNELL_WHITTED, 64, 48, 2);
+    snell_view view = look(v3(3, 2, 5), v3(0, 0, 0));
+    desc.view = &view;
+    add_sun(&bench, v3(-1, -2, -3), grey(3));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    size_t committed = resident();
+    MUST(snell_render(bench.scene, &desc, bench.film));
+    int lit = 0;
+    for (uint32_t i = 0; i < 64 * 48; i++) lit += pixel_at(&bench, i % 64, i / 64).c[0] > 0;
+    uint64_t planned = stats.memory_planned;
+    MUST(snell_scene_get_stats(bench.scene, &stats));
+    printf("%llu shapes: %llu bytes stated, %llu in the tree; %zu more resident after the commit\n",
+           (unsigned long long)stats.instance_count, (unsigned long long)planned,
+           (unsigned long long)stats.memory_accel, committed > before ? committed - before : 0);
+    assert_true(stats.instance_count >= 10000000);
+    assert_true(stats.memory_accel > 0 && stats.memory_accel < planned && planned < 1 << 20);
+    assert_true(lit > 500);
+#ifndef __SANITIZE_ADDRESS__
+    assert_true(committed <= before + planned + (1 << 20)); /* and what the allocator keeps */
+#endif
+}
+
+static void more_than_is_allowed_is_refused(void **state) {
+    (void)state;
+    snell_context_desc desc = SNELL_INIT(context_desc);
+    rig r = {0};
+    desc.thread_count = 1;
+    desc.memory_max = 1 << 20;
+    MUST(snell_context_create(&desc, &r.context));
+    MUST(snell_scene_create(r.context, &r.scene));
+    snell_instance_id ball = add_sphere(&r, v3(0, 0, 0), 1, none);
+    snell_shape_id shape = {1, 0};
+    MUST(snell_scene_commit(r.scene, NULL, NULL));
+    for (int i = 0; i < 5000; i++)
+        MUST(snell_scene_add_instance(r.scene, shape, none, NULL, &ball));
+    assert_int_equal(snell_scene_commit(r.scene, NULL, NULL), SNELL_ERR_MEMORY);
+    assert_non_null(strstr(snell_last_error()->text, "1.0 MiB are allowed"));
+    rig_free(&r);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(groups_are_what_they_are_taken_apart),
+        cmocka_unit_test(pictures_are_those_taken_apart),
+        cmocka_unit_test(a_hit_has_a_path),
+        cmocka_unit_test(wrong_groups_are_errors),
+        cmocka_unit_test(copies_of_what_shines_are_lights),
+        cmocka_unit_test(ten_million_shapes_in_the_stated_memory),
+        cmocka_unit_test(more_than_is_allowed_is_refused),
+    };
+    return cmocka_run_group_tests(tests, open_bench, close_bench);
+}
