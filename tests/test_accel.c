@@ -135,6 +135,44 @@ static void make_soup(test_scene *s, rng *r) {
     scene_add_instance(s, 0, &m);
 }
 
+static void set_array(const primitive_type *type, void *desc, const char *name, const void *data,
+                      size_t count) {
+    snell_param p = {.name = name, .kind = SNELL_PARAM_ARRAY, .value.array = {data, count}};
+    assert_int_equal(desc_set(&type->info, desc, &p), SNELL_OK);
+}
+
+/* Shapes of many parts, which have trees of their own: strands, a terrain, patches. */
+static void make_parts(test_scene *s, rng *r) {
+    enum { POINTS = 32 };
+    static const char *const names[] = {"curves", "heightfield", "patch"};
+    vec3 *points = scene_own(s, calloc(POINTS, sizeof *points));
+    float *heights = scene_own(s, calloc(POINTS, sizeof *heights));
+    for (uint32_t i = 0; i < POINTS; i++) {
+        points[i] = (vec3){(float)(i % 4), rng_float(r, -0.5, 0.5), (float)(i / 4) / 2};
+        heights[i] = rng_float(r, -0.5, 0.5);
+    }
+    for (size_t i = 0; i < COUNT_OF(names); i++) {
+        uint32_t g =
+            scene_add_shape(s, names[i], NULL, (vec3){0, 0, 0}, i == 0 ? "radius" : NULL, 0.2f);
+        void *desc = (void *)(uintptr_t)s->geometries[g].desc;
+        const primitive_type *type = s->geometries[g].type;
+        snell_param columns = {.name = "columns", .kind = SNELL_PARAM_INT, .value.i = 4};
+        snell_param rows = {.name = "rows", .kind = SNELL_PARAM_INT, .value.i = POINTS / 4};
+        if (i == 1) {
+            set_array(type, desc, "heights", heights, POINTS);
+            assert_int_equal(desc_set(&type->info, desc, &columns), SNELL_OK);
+            assert_int_equal(desc_set(&type->info, desc, &rows), SNELL_OK);
+        } else {
+            set_array(type, desc, "points", points, POINTS);
+        }
+        assert_int_equal(type->check(desc), SNELL_OK);
+        scene_add_instance(s, g, NULL);
+        transform m = random_transform(r, i % 2);
+        scene_add_instance(s, g, &m);
+        scene_add_instance(s, g, NULL);
+    }
+}
+
 static const struct {
     const char *name;
     void (*make)(test_scene *s, rng *r);
@@ -144,7 +182,8 @@ static const struct {
               {"instances", make_instances},
               {"far spheres", make_far_spheres},
               {"mixture", make_mixture},
-              {"soup", make_soup}};
+              {"soup", make_soup},
+              {"parts", make_parts}};
 
 /* ---- rays that are hard for the scene ---- */
 

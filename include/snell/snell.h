@@ -1774,6 +1774,21 @@ static inline snell_heightfield_desc snell_heightfield_desc_init(size_t struct_s
 }
 SNELL_API snell_status snell_scene_add_heightfield(snell_scene *scene, const snell_heightfield_desc *desc, snell_shape_id *out);
 
+typedef struct snell_patch_desc { /* bicubic Bezier patches */
+    size_t struct_size;
+    const snell_vec3 *points; /* the controls, 16 per patch, or for 'indices'; m; required */
+    size_t points_count;
+    const uint32_t *indices; /* 16 numbers of points, from 0, per patch */
+    size_t indices_count;
+} snell_patch_desc;
+static inline snell_patch_desc snell_patch_desc_init(size_t struct_size) {
+    snell_patch_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_patch(snell_scene *scene, const snell_patch_desc *desc, snell_shape_id *out);
+
 enum { SNELL_SOLID_OPERATION_UNION, SNELL_SOLID_OPERATION_INTERSECTION, SNELL_SOLID_OPERATION_DIFFERENCE };
 typedef struct snell_solid_desc { /* closed shapes put together */
     size_t struct_size;

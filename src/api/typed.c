@@ -659,6 +659,16 @@ snell_status snell_scene_add_heightfield(snell_scene *s, const snell_heightfield
     return status;
 }
 
+_Static_assert(sizeof(snell_patch_desc) == 40, "run tools/update_api");
+_Static_assert(offsetof(snell_patch_desc, points) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_patch_desc, indices) == 24, "run tools/update_api");
+snell_status snell_scene_add_patch(snell_scene *s, const snell_patch_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "patch", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_solid_desc) == 64, "run tools/update_api");
 _Static_assert(offsetof(snell_solid_desc, operation) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_solid_desc, shapes) == 16, "run tools/update_api");

@@ -2,8 +2,8 @@
  * polynomials of degree 1 or 3 in s, and those of degree 3 into pieces with boxes of their own.
  *
  * A round curve is what a ball sweeps whose centre c(s) and radius r(s) run along it, ends and all;
- * where two segments meet nothing of the ball of the joint is left inside the other one, so that a
- * smooth strand is one closed surface. A ribbon is flat and turns about the curve to face each ray: it
+ * what lies inside the next segment is left out, so that a strand is one closed surface as long as it
+ * is thinner than it bends. A ribbon is flat and turns about the curve to face each ray: it
  * has every point that is at most r(s) from c(s) across both the ray and the curve.
  *
  * Texture coordinates: u along the strand, by segments, 0 to 1; v around it, from a direction that is
@@ -255,13 +255,26 @@ static void insert(crossing *list, int *count, crossing c) {
     list[i] = c;
 }
 
-/* Of the joint at an end of the piece: does the neighbour reach beyond the point p of its ball, or
- * disk? It does if its own way from there leads towards p. With neither, both have the point: a seam,
- * rather than a gap. */
+/* Straight pieces meet in kinks: is p deeper in the ball that sweeps the neighbour than rounding? */
+static bool is_inside(const piece *c, dvec3 p) {
+    dvec3 run = dvec3_sub(c->at[1].p, c->at[0].p), f = dvec3_sub(p, c->at[0].p);
+    double swell = c->at[1].r - c->at[0].r, r = c->at[0].r;
+    double square = dvec3_dot(run, run) - swell * swell, half = dvec3_dot(f, run) + r * swell;
+    double s = square > 0 ? clamp01(half / square) : half > 0;
+    f = dvec3_sub(f, dvec3_scale(run, s));
+    r += s * swell;
+    return dvec3_dot(f, f) < (1 - 0x1p-30) * (r * r);
+}
+
+/* Does a neighbour hide the point p, at s of the piece? At a joint it does if its own way from there
+ * leads towards p; where neither reaches beyond p, both have it: a seam, rather than a gap. */
 static bool is_covered(const curves_desc *curves, uint32_t part, const piece *c, double s,
                        dvec3 p) {
-    if (s != 0 && s != 1) return false;
     piece next;
+    if (curves->basis == LINEAR && curves->kind == ROUND)
+        return (!c->begins && piece_at(curves, part - 1, &next) && is_inside(&next, p)) ||
+               (!c->ends && piece_at(curves, part + 1, &next) && is_inside(&next, p));
+    if (s != 0 && s != 1) return false;
     if (s == 0 ? c->begins : c->ends) return false;
     if (!piece_at(curves, s == 0 ? part - 1 : part + 1, &next)) return false;
     place joint = place_at(&next, 1 - s);
@@ -518,7 +531,9 @@ static void fill_round(const piece *c, double s, dvec3 p, surface *out) {
     out->curvature = curvature;
     double x = dvec3_dot(n, a.x), y = dvec3_dot(n, a.y), flat = sqrt(x * x + y * y);
     out->v = flat > 0 ? 0.5 + fn_atan2(y, x) / (2 * PI) : 0.5;
-    if (!(flat > 0) || ((s == 0 && c->begins) || (s == 1 && c->ends))) return; /* a round end */
+    double lean = dvec3_dot(n, at.slope) + at.r_slope;
+    bool cap = (s == 0 || s == 1) && fabs(lean) > 0x1p-20 * dvec3_length(at.slope);
+    if (!(flat > 0) || cap) return;
     x /= flat;
     y /= flat;
     const double step = 0x1p-17;

@@ -1,0 +1,326 @@
+/* geometry/patch: against a slow solver that starts Newton's method, in long double, from every cell of
+ * a grid that the ray passes near; no gap at seams. */
+#include "parts_test.h"
+
+typedef struct patch_view { /* begins as patch_desc does */
+    size_t struct_size;
+    const vec3 *points;
+    size_t points_count;
+    const uint32_t *indices;
+    size_t indices_count;
+} patch_view;
+
+typedef struct place {
+    wide p, du, dv;
+} place;
+
+/* Bernstein polynomials and their derivatives, written out. */
+static void weights(real s, real w[4], real slope[4]) {
+    real a = 1 - s;
+    w[0] = a * a * a, w[1] = 3 * a * a * s, w[2] = 3 * a * s * s, w[3] = s * s * s;
+    slope[0] = -3 * a * a, slope[1] = 3 * a * a - 6 * a * s;
+    slope[2] = 6 * a * s - 3 * s * s, slope[3] = 3 * s * s;
+}
+
+static place place_at(const patch_view *v, size_t patch, real u, real t) {
+    real wu[4], su[4], wt[4], st[4];
+    weights(u, wu, su);
+    weights(t, wt, st);
+    place sum = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+    for (size_t i = 0; i < 16; i++) {
+        size_t at = 16 * patch + i;
+        wide p = wide_from(v->points[v->indices_count ? v->indices[at] : at]);
+        sum.p = wide_add(sum.p, wide_scale(p, wu[i % 4] * wt[i / 4]));
+        sum.du = wide_add(sum.du, wide_scale(p, su[i % 4] * wt[i / 4]));
+        sum.dv = wide_add(sum.dv, wide_scale(p, wu[i % 4] * st[i / 4]));
+    }
+    return sum;
+}
+
+static size_t patches_of(const patch_view *v) {
+    return (v->indices_count ? v->indices_count : v->points_count) / 16;
+}
+
+enum { GRID = 16 };
+
+typedef struct frame {
+    wide o, d, x, y;
+} frame;
+
+/* nearest: of all tries, how near to the ray. */
+static bool newton(const patch_view *v, size_t patch, const frame *f, real *u, real *t,
+                   real *nearest) {
+    for (int i = 0; i < 40; i++) {
+        place at = place_at(v, patch, *u, *t);
+        wide p = wide_sub(at.p, f->o);
+        real x = wide_dot(p, f->x), y = wide_dot(p, f->y);
+        *nearest = fminl(*nearest, fabsl(x) + fabsl(y));
+        real xu = wide_dot(at.du, f->x), xv = wide_dot(at.dv, f->x);
+        real yu = wide_dot(at.du, f->y), yv = wide_dot(at.dv, f->y), det = xu * yv - xv * yu;
+        real du = (xv * y - yv * x) / det, dv = (yu * x - xu * y) / det;
+        if (!(fabsl(du) < 1 && fabsl(dv) < 1)) return false;
+        *u += du, *t += dv;
+        if (!(*u > -0.5L && *u < 1.5L && *t > -0.5L && *t < 1.5L)) return false;
+        if (fabsl(du) + fabsl(dv) < 1e-16L) return true;
+    }
+    return false;
+}
+
+/* A root of the patch, unless it is there already. */
+static int add_root(const patch_view *v, size_t patch, const frame *f, real u, real t, real size,
+                    root *roots, real (*known)[2], int first, int count) {
+    real rim = fminl(fminl(u, 1 - u), fminl(t, 1 - t));
+    if (rim < -1e-7L || count == ROOTS_MAX) return count;
+    for (int i = first; i < count; i++)
+        if (fabsl(known[i][0] - u) + fabsl(known[i][1] - t) < 1e-9L) return count;
+    place at = place_at(v, patch, u, t);
+    wide n = wide_cross(at.du, at.dv);
+    real facing = fabsl(wide_dot(n, f->d)) / wide_length(n);
+    bool grazes = facing < 1e-3L; /* then the other root is near, and may not have been found */
+    known[count][0] = u, known[count][1] = t;
+    roots[count] =
+        (root){wide_dot(wide_sub(at.p, f->o), f->d), fabsl(rim) < 1e-7L || grazes ? 0 : rim,
+               grazes ? 0.1L * size : 1e-12L * size / facing};
+    return count + 1;
+}
+
+static int solve(const void *desc, wide o, wide d, root *roots) {
+    static real known[ROOTS_MAX][2];
+    const patch_view *v = desc;
+    real speed = wide_length(d);
+    dvec3 x, y, unit = {(double)(d.x / speed), (double)(d.y / speed), (double)(d.z / speed)};
+    dvec3_frame(unit, &x, &y);
+    frame f = {.d = wide_scale(d, 1 / speed), .x = wide_from_d(x)};
+    f.x = wide_sub(f.x, wide_scale(f.d, wide_dot(f.x, f.d)));
+    f.y = wide_cross(f.d, f.x);
+    real shift = wide_dot(wide_sub(wide_from(v->points[0]), o), f.d), size = 0;
+    f.o = wide_add(o, wide_scale(f.d, shift));
+    for (size_t i = 1; i < v->points_count; i++)
+        size = fmaxl(size, wide_length(wide_sub(wide_from(v->points[i]), wide_from(v->points[0]))));
+    int count = 0;
+    for (size_t patch = 0; patch < patches_of(v); patch++) {
+        static real gx[GRID + 1][GRID + 1], gy[GRID + 1][GRID + 1];
+        int first = count;
+        for (int i = 0; i <= GRID; i++)
+            for (int j = 0; j <= GRID; j++) {
+                wide p = wide_sub(place_at(v, patch, (real)i / GRID, (real)j / GRID).p, f.o);
+                gx[i][j] = wide_dot(p, f.x), gy[i][j] = wide_dot(p, f.y);
+            }
+        for (int i = 0; i < GRID; i++)
+            for (int j = 0; j < GRID; j++) {
+                const real xs[] = {gx[i][j], gx[i + 1][j], gx[i][j + 1], gx[i + 1][j + 1]};
+                const real ys[] = {gy[i][j], gy[i + 1][j], gy[i][j + 1], gy[i + 1][j + 1]};
+                real low_x = INFINITY, high_x = -INFINITY, low_y = INFINITY, high_y = -INFINITY;
+                for (int k = 0; k < 4; k++) {
+                    low_x = fminl(low_x, xs[k]), high_x = fmaxl(high_x, xs[k]);
+                    low_y = fminl(low_y, ys[k]), high_y = fmaxl(high_y, ys[k]);
+                }
+                real room = (high_x - low_x + high_y - low_y) / 2;
+                if (low_x - room > 0 || high_x + room < 0 || low_y - room > 0 || high_y + room < 0)
+                    continue;
+                real near = INFINITY;
+                bool settled = false;
+                for (int k = 0; k < 5; k++) {
+                    real u = (i + (k == 4 ? 0.5L : k % 2)) / GRID,
+                         t = (j + (k == 4 ? 0.5L : k / 2)) / GRID;
+                    if (!newton(v, patch, &f, &u, &t, &near)) continue;
+                    settled = true;
+                    count = add_root(v, patch, &f, u, t, size, roots, known, first, count);
+                }
+                /* Next to a silhouette it does not settle: nobody can tell. */
+                if (settled || near > room / 1000 || count == ROOTS_MAX) continue;
+                place at = place_at(v, patch, (i + 0.5L) / GRID, (j + 0.5L) / GRID);
+                real across = wide_length(at.du) + wide_length(at.dv);
+                known[count][0] = known[count][1] = -1;
+                roots[count++] = (root){wide_dot(wide_sub(at.p, f.o), f.d), 0, across / GRID};
+            }
+    }
+    for (int i = 0; i < count; i++) {
+        roots[i].t = (roots[i].t + shift) / speed;
+        roots[i].slack /= speed;
+    }
+    return count;
+}
+
+/* Two patches side by side that share an edge, from nearly flat to folded. */
+static void make(void *desc, rng *r, dvec3 at, double size, int variant) {
+    static vec3 points[7 * 4];
+    static uint32_t indices[32];
+    patch_view *v = desc;
+    const double rough[] = {0.02, 0.15, 0.6};
+    for (uint32_t i = 0; i < 28; i++) {
+        dvec3 p = {i % 7 / 6.0 - 0.5, 0, i / 7 / 3.0 - 0.5};
+        p = dvec3_add(
+            p, dvec3_scale((dvec3){rng_unit(r) - 0.5, 2 * (rng_unit(r) - 0.5), rng_unit(r) - 0.5},
+                           rough[variant]));
+        points[i] = vec3_from(dvec3_add(at, dvec3_scale(p, size)));
+    }
+    for (uint32_t i = 0; i < 32; i++) indices[i] = i / 16 * 3 + i % 4 + i % 16 / 4 * 7;
+    *v = (patch_view){v->struct_size, points, 28, indices, 32};
+}
+
+static const subject pair = {"patch", 3, make, solve, NULL};
+
+static void patches_agree_with_a_slow_solver(void **state) {
+    (void)state;
+    const double sizes[] = {1e-3, 1, 1e3, 1e6}, offsets[] = {0, 1, 128, 16384};
+    long rays = test_full() ? 200000 : 5000, left = 0, shared = 0;
+    setting s = {.of = &pair, .type = primitive_find("patch")};
+    shared_rng()->state = 3;
+    surface last = {.n = {0, 1, 0}};
+    bool met = false;
+    for (long n = 0; n < rays; n++) {
+        if (n % 25 == 0) {
+            long turn = n / 25;
+            setting_make(&s, sizes[turn % 4], offsets[turn / 4 % 4], (int)(turn / 16 % 3));
+            met = false;
+        }
+        ray r = setting_ray(&s, met ? (int)(n % 5) : (int)(n % 3), &last);
+        hit found;
+        if (!setting_compare(&s, &r, &found)) continue;
+        setting_surface(&s, &r, &found, &last);
+        met = true;
+        place at = place_at((const void *)&s.desc, found.primitive / 16, last.u, last.v);
+        assert_true(wide_length(wide_sub(at.p, wide_from_d(last.p))) <= last.error);
+        assert_true(wide_length(wide_sub(at.du, wide_from_d(last.dpdu))) <= 100 * last.error);
+        assert_true(wide_length(wide_sub(at.dv, wide_from_d(last.dpdv))) <= 100 * last.error);
+        wide normal = wide_cross(at.du, at.dv);
+        assert_true(wide_dot(normal, wide_from_d(last.n)) > 0.999999L * wide_length(normal));
+        /* On its way out a ray does not meet where it comes from: the slow solver says so. */
+        dvec3 d = any_direction();
+        if (n & 1) d = dvec3_sub(d, dvec3_scale(last.n, dvec3_dot(d, last.n) * (1 - 1e-6)));
+        ray next = ray_make((vec3){0, 0, 0}, vec3_from(d), 0, INFINITY);
+        double side = dvec3_dot(last.n, dvec3_from(next.d));
+        if (side == 0) continue;
+        next.o = surface_offset_origin(&last, side);
+        /* At a ridge as sharp as floats are coarse, or at the other patch, there is no telling. */
+        if (last.curvature * dvec3_length(last.p) * 0x1p-20 > 1 || fabs(last.u - 0.5) > 0.499)
+            continue;
+        hit again;
+        shared++;
+        left += setting_compare(&s, &next, &again);
+    }
+    printf("patches: %ld hits, %ld misses, %ld too close to call, %ld left, %ld met again\n",
+           s.hits, s.misses, s.unclear, shared, left);
+    assert_true(s.hits > rays / 4 && s.misses > rays / 20 && s.unclear < rays);
+    assert_true(shared > rays / 5);
+    setting_release(&s);
+}
+
+static void a_seam_has_no_gap(void **state) {
+    (void)state;
+    setting s = {.of = &pair, .type = primitive_find("patch")};
+    shared_rng()->state = 8;
+    long rays = test_full() ? 1000000 : 20000, lost = 0, asked = 0;
+    for (long n = 0; n < rays; n++) {
+        if (n % 200 == 0) setting_make(&s, 1, n / 200 % 2 ? 1000 : 0, (int)(n / 400 % 2));
+        const patch_view *v = (const void *)&s.desc;
+        /* The seam of the patches, and those of the parts inside. */
+        real u = n % 2 ? 1 : (real)rng_below(shared_rng(), 4) / 4;
+        real along = between(0.01, 0.99);
+        place at = place_at(v, 0, u, along);
+        wide normal = wide_cross(at.du, at.dv), behind = normal;
+        if (u == 0) continue;
+        dvec3 to = {(double)at.p.x, (double)at.p.y, (double)at.p.z};
+        ray r = ray_between(dvec3_add(to, dvec3_scale(any_direction(), 3)), to);
+        real facing = fabsl(wide_dot(normal, wide_from(r.d))) / wide_length(normal);
+        if (u == 1) { /* there may be a ridge: both sides of it shall face the ray */
+            place other = place_at(v, 1, 0, along);
+            behind = wide_cross(other.du, other.dv);
+        }
+        if (wide_dot(normal, wide_from(r.d)) * wide_dot(behind, wide_from(r.d)) < 0) continue;
+        if (facing < 0.02L * wide_length(wide_from(r.d))) continue;
+        hit found;
+        accel_trace(s.tree, SNELL_ISA_AUTO, &r, &found, 1, NULL);
+        asked++;
+        lost += found.instance == NO_ID;
+    }
+    assert_true(asked > rays / 2);
+    assert_int_equal(lost, 0);
+    setting_release(&s);
+}
+
+/* A patch that is a plain rectangle, one with a pole, one that is a point. */
+static void special_patches(void **state) {
+    (void)state;
+    const primitive_type *type = primitive_find("patch");
+    vec3 points[16];
+    for (int i = 0; i < 16; i++) points[i] = (vec3){(float)(i % 4), (float)(i / 4), 0};
+    patch_view v = {type->info.desc_size, points, 16, NULL, 0};
+    local_ray beam = {{0.75f, 1.5f, 5}, {0, 0, -1}, 0, INFINITY};
+    int met = 0;
+    surface on;
+    for (uint32_t part = 0; part < type->primitive_count(&v); part++) {
+        hit found = {.primitive = part};
+        if (!type->intersect(&v, &beam, &found)) continue;
+        met++;
+        type->surface(&v, &beam, &found, &on);
+        assert_true(found.t == 5 && on.n.z == 1 && on.curvature < 1e-12);
+        assert_true(fabs(on.u - 0.25) < 1e-14 && fabs(on.v - 0.5) < 1e-14);
+        assert_true(fabs(on.dpdu.x - 3) < 1e-14 && fabs(on.dpdv.y - 3) < 1e-14);
+    }
+    assert_int_equal(met, 4);                                   /* a corner of four parts */
+    for (int i = 0; i < 4; i++) points[i] = (vec3){1.5f, 0, 0}; /* the first row is one point */
+    shared_rng()->state = 1;
+    for (int n = 0; n < 2000; n++) {
+        dvec3 to = n & 1 ? (dvec3){1.5, exp2(-between(1, 40)), 0}
+                         : (dvec3){between(0, 3), between(0, 3), 0};
+        ray r = ray_between(dvec3_add(to, dvec3_scale(any_direction(), 4)), to);
+        beam = (local_ray){r.o, r.d, 0, INFINITY};
+        for (uint32_t part = 0; part < type->primitive_count(&v); part++) {
+            hit found = {.primitive = part};
+            if (!type->intersect(&v, &beam, &found)) continue;
+            type->surface(&v, &beam, &found, &on);
+            assert_true(fabs(fabs(on.n.z) - 1) < 1e-9 && isfinite(on.error + on.curvature));
+            met++;
+        }
+    }
+    assert_true(met > 1000);
+    for (int i = 0; i < 16; i++) points[i] = (vec3){1, 1, 1};
+    for (int n = 0; n < 100; n++) {
+        ray r = ray_between(dvec3_scale(any_direction(), 4), (dvec3){1, 1, 1});
+        beam = (local_ray){r.o, r.d, 0, INFINITY};
+        for (uint32_t part = 0; part < type->primitive_count(&v); part++) {
+            hit found = {.primitive = part};
+            if (!type->intersect(&v, &beam, &found)) continue;
+            type->surface(&v, &beam, &found, &on);
+            assert_true(isfinite(on.p.x + on.n.x + on.error));
+        }
+    }
+}
+
+static void refuse(const patch_view *v, const char *text) {
+    const primitive_type *type = primitive_find("patch");
+    patch_view copy = *v;
+    snell_status status = desc_check(&type->info, &copy, NULL);
+    if (!status) status = type->check(&copy);
+    assert_int_equal(status, SNELL_ERR_ARGUMENT);
+    assert_string_equal(error_last()->text, text);
+}
+
+static void senseless_patches_are_refused(void **state) {
+    (void)state;
+    static vec3 points[16];
+    uint32_t indices[16] = {0, 16};
+    patch_view v = {primitive_find("patch")->info.desc_size, points, 0, NULL, 0};
+    refuse(&v, "patch: 'points' has 0 entries; it must have 16 for each patch");
+    v.points_count = 15;
+    refuse(&v, "patch: 'points' has 15 entries; it must have 16 for each patch");
+    v.points_count = 16;
+    v.indices = indices, v.indices_count = 3;
+    refuse(&v, "patch: 'indices' has 3 entries; it must have 16 for each patch");
+    v.indices_count = 16;
+    refuse(&v, "patch: index 16 of patch 1 is out of range: there are 16 points");
+    points[2].y = NAN;
+    refuse(&v, "patch: 'points' 2 is not a finite number");
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(special_patches),
+        cmocka_unit_test(patches_agree_with_a_slow_solver),
+        cmocka_unit_test(a_seam_has_no_gap),
+        cmocka_unit_test(senseless_patches_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
