@@ -226,8 +226,10 @@ static dvec3 along_surface(dvec3 x, dvec3 gradient, dvec3 turn) {
 
 static void parametrise(const void *desc, surface *s) {
     const superellipsoid_desc *shape = desc;
-    dvec3 x = to_unit(shape, s->p), gradient, radii = radii_of(shape);
-    norm_at(exponents_of(shape), x, &gradient);
+    dvec3 x = to_unit(shape, s->p), radii = radii_of(shape);
+    /* By the normal that is known: where p < 2 the gradient at a rounded point may be another one. */
+    dvec3 gradient = dvec3_mul(s->n, radii);
+    gradient = dvec3_scale(gradient, 1 / dvec3_dot(gradient, x)); /* Euler: N = gradient . x = 1 */
     surface_globe(s, dvec3_normalize(x), dvec3_length(x));
     s->dpdu = dvec3_mul(along_surface(x, gradient, s->dpdu), radii);
     s->dpdv = dvec3_mul(along_surface(x, gradient, s->dpdv), radii);
