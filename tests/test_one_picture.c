@@ -405,6 +405,7 @@ static snell_render_desc settings(rig *r, snell_integrator policy) {
     desc.width = WIDTH;
     desc.height = HEIGHT;
     desc.samples = full_tests() ? 16 : 2;
+    desc.max_depth = 7; /* so much glass would keep whitted busy for minutes */
     desc.min_weight = 0.002f;
     desc.pixel_center = false;
     desc.seed = 5;
