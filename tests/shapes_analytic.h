@@ -191,10 +191,16 @@ static int solve_quadric(const void *desc, vec o, vec d, root roots[ROOTS]) {
     }
     return count;
 }
+/* Negative definite, by the minors: a shape that would face inwards. */
+static bool quadric_is_negative(const quadric_like *s) {
+    real a = s->square.x, b = s->square.y, c = s->square.z;
+    real d = s->mixed.x / 2.0L, e = s->mixed.y / 2.0L, f = s->mixed.z / 2.0L;
+    real all = a * b * c + 2 * d * e * f - a * f * f - b * e * e - c * d * d;
+    return a < 0 && a * b - d * d > 0 && all < 0;
+}
 static real distance_quadric(const void *desc, vec p) {
     const quadric_like *s = desc;
-    real sign = s->square.x < 0 && s->square.y < 0 && s->square.z < 0 ? -1 : 1;
-    return sign * quadric_value(s, p) / length(quadric_gradient(s, p));
+    return (quadric_is_negative(s) ? -1 : 1) * quadric_value(s, p) / length(quadric_gradient(s, p));
 }
 /* From the tip of a cone, where the gradient is 0. */
 static real edge_quadric(const void *desc, vec p) {

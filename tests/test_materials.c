@@ -205,9 +205,11 @@ static rings make_rings(const bsdf *b, dvec3 wo, bool beyond) {
         thin &= l->type->thin;
     }
     r.peak = beyond ? dvec3_negate(wo) : reflect_direction(wo, UP);
-    if (beyond && !thin) { /* the nearer the indices, the nearer to a delta */
-        refract_direction(wo, UP, b->ior1 / b->ior2, &r.peak);
-        r.width *= double_min(1, double_max(fabs(1 - b->ior1 / b->ior2), 1e-3));
+    if (beyond && !thin) { /* the nearer the indices, the nearer to a delta: they are kept apart */
+        double eta = b->ior1 / b->ior2;
+        if (fabs(1 / eta - 1) < 1e-3) eta = 1 / 1.001;
+        refract_direction(wo, UP, eta, &r.peak);
+        r.width *= double_min(1, fabs(1 - eta));
     }
     r.width *= double_max(wo.z, 0.1) / 2;
     r.scale = log1p(PI / r.width) / ROWS;

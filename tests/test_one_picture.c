@@ -147,6 +147,40 @@ static snell_input add_fade(rig *r) {
     return input;
 }
 
+/* A block less a ball and a turned gem, with faces of three materials; and half of it again, in
+ * glass. */
+static void build_solids(rig *r, snell_shape_id gem, snell_material_id painted) {
+    snell_box_desc box = SNELL_INIT(box_desc);
+    snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+    snell_plane_desc plane = SNELL_INIT(plane_desc);
+    snell_solid_desc desc = SNELL_INIT(solid_desc);
+    snell_shape_id shapes[3] = {{0, 0}, {0, 0}, gem}, cut[2], half;
+    const snell_transform places[3] = {turned(1, 1, 1, 1, v3(0, 0, 0)),
+                                       turned(0, 1, -1.25, 1, v3(0.3, 0.4, 0.3)),
+                                       turned(2, 0.3, 0.3, -0.5, v3(-0.2, 0, 0.4))};
+    const snell_material_id materials[3] = {painted, {0, 0}, add_mirror(r, v3(0.9, 0.8, 0.7))};
+    box.min = v3(-0.4, -0.4, -0.4);
+    box.max = v3(0.4, 0.4, 0.4);
+    ball.radius = 0.3f;
+    plane.normal = v3(0.6, 0, 0.8);
+    MUST(snell_scene_add_box(r->scene, &box, &shapes[0]));
+    MUST(snell_scene_add_sphere(r->scene, &ball, &shapes[1]));
+    MUST(snell_scene_add_plane(r->scene, &plane, &cut[1]));
+    desc.operation = SNELL_SOLID_OPERATION_DIFFERENCE;
+    desc.shapes = shapes;
+    desc.transforms = places;
+    desc.materials = materials;
+    desc.shapes_count = desc.transforms_count = desc.materials_count = 3;
+    MUST(snell_scene_add_solid(r->scene, &desc, &cut[0]));
+    put(r, cut[0], add_lambert(r, v3(0.9, 0.6, 0.1)), turned(1, 1, 1, 1, v3(0.8, 0.5, 1.2)));
+    desc = SNELL_INIT(solid_desc);
+    desc.operation = SNELL_SOLID_OPERATION_INTERSECTION;
+    desc.shapes = cut;
+    desc.shapes_count = 2;
+    MUST(snell_scene_add_solid(r->scene, &desc, &half));
+    put(r, half, add_glass(r, 1.5, v3(0.3, 0.1, 0.1), 0), turned(3, 1, -1, 1, v3(-0.4, 1.7, 1)));
+}
+
 /* Groups in groups: mirrored, sheared, some in one material, with things that move once all does. */
 static void put_groups(rig *r, snell_shape_id gem, snell_material_id painted,
                        snell_material_id glass) {
@@ -194,6 +228,7 @@ static void build_shapes(rig *r, snell_material_id shiny, snell_material_id pain
     add_sphere(r, v3(1.8, 0.5, -1), 0.5, shiny);
     const snell_material_id both[2] = {painted, glass};
     snell_shape_id sheet = add_sheet(r, both), gem = add_gem(r);
+    build_solids(r, gem, painted);
     for (int i = 0; i < 6; i++) {
         snell_vec3 at = v3(i - 2.5, 0.9 + 0.1 * i, -1.5 - 0.2 * i);
         put(r, sheet, painted, turned(i, i % 2 ? -1 : 1, 1, 1.5, at));

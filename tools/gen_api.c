@@ -33,6 +33,8 @@ static const char *member_type(field_kind kind) {
     case FIELD_UINTS: return "const uint32_t *";
     case FIELD_BYTES: return "const void *";
     case FIELD_MATERIALS: return "const snell_material_id *";
+    case FIELD_SHAPES: return "const snell_shape_id *";
+    case FIELD_TRANSFORMS: return "const snell_transform *";
     case FIELD_KEYS: return "const snell_motion_key *";
     }
     return "";

@@ -30,6 +30,7 @@ static const char scene_text[] =
     "  mesh { file = \"bunny.ply\" }               or positions = {..}, indices = {..}\n"
     "  model { file = \"shoe.glb\" }               what another file draws\n"
     "  include \"table.lua\"                       all of it: cameras and lights too\n"
+    "  union { a, b, .. }                        also intersection, difference\n"
     "  group { a, b, .. }                        several shapes as one\n"
     "  instance { a, transform = t }             a at another place\n"
     "\n"
@@ -109,9 +110,9 @@ static const char shapes_text[] =
     "  name          a text, for 'snell info' and messages\n"
     "\n"
     "There are also triangle, model, include, group and instance: 'snell help\n"
-    "group'. A shape is drawn once, where it is made, unless a group or an instance\n"
-    "takes it. All but a plane have .bounds with min, max, center and size:\n"
-    "s.bounds.max[2] is the top of s.";
+    "group'; and union, intersection and difference: 'snell help union'. A shape is\n"
+    "drawn once, where it is made, unless one of these takes it. All but a plane\n"
+    "have .bounds with min, max, center and size: s.bounds.max[2] is the top of s.";
 
 static const char cameras_text[] =
     "  camera { from = {0, 2, 8}, at = {0, 1, 0}, fov = 40 }\n"
@@ -189,6 +190,30 @@ static const char instance_text[] =
     "\n"
     "Once an instance has taken a, a is not drawn by itself; the first line above\n"
     "draws nothing, the next two a chair each.";
+
+static const char solid_text[] =
+    "  difference {\n"
+    "    box { min = {-1, 0, -1}, max = {1, 2, 1}, material = red },\n"
+    "    sphere { center = {0, 2, 0}, radius = 0.8, material = gold },\n"
+    "  }\n"
+    "  intersection { sphere { center = {0, 0, -4}, radius = 5 },\n"
+    "                 sphere { center = {0, 0, 4}, radius = 5 }, material = glass }\n"
+    "\n"
+    "  union         all that any of the shapes has\n"
+    "  intersection  what all of them have in common\n"
+    "  difference    the first, less all others\n"
+    "\n"
+    "They take closed shapes, such as sphere, box, torus, a capped cylinder and a mesh\n"
+    "without holes; planes, as all that lies behind them; groups, as the union of\n"
+    "their shapes; and each other: at most 1024 shapes. They also take\n"
+    "  material      for those of the shapes that have none\n"
+    "  transform, motion, name\n"
+    "\n"
+    "A face has the material of the shape that it comes from; where two coincide, of\n"
+    "the first. A solid of glass is filled with one medium, that of the first of its\n"
+    "shapes whose material is a dielectric. Textures by the point, not by u and v,\n"
+    "run through all of a solid. One that shines is no light that cook and whitted\n"
+    "sample: only rays meet it.";
 
 static const char model_text[] =
     "  local shoe = model { file = \"shoe.glb\", material = red }\n"
@@ -338,6 +363,9 @@ const help_topic help_topics[] = {
     {"motion", NULL, "what moves, and the frames of an animation", motion_text, false},
     {"group", NULL, "several shapes as one", group_text, true},
     {"instance", NULL, "a shape, group or model at another place", instance_text, true},
+    {"union", NULL, "closed shapes put together to one", solid_text, true},
+    {"intersection", NULL, "what closed shapes have in common", solid_text, true},
+    {"difference", NULL, "a closed shape less others", solid_text, true},
     {"model", NULL, "what another file draws", model_text, true},
     {"include", NULL, "all of another file", include_text, true},
     {"triangle", NULL, "a triangle by its corners", triangle_text, true},
@@ -359,6 +387,10 @@ static const struct {
     {"shape", "mesh",
      "In a scene also mesh { file = \"bunny.ply\" }: the surfaces of another file, with none of "
      "the fields below."},
+    {"shape", "solid",
+     "In a scene: union { a, b }, intersection { a, b } or difference { a, b }: 'snell help "
+     "union'. "
+     "The fields below are for programs that use the library."},
     {"setting", "animation",
      "In a scene 'frame' is not written: it comes from --frame. The call sets the globals time and "
      "frame, and stands before they are read: 'snell help motion'."},

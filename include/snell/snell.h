@@ -430,7 +430,8 @@ typedef struct snell_hit {
     snell_instance_id instance; /* in the world; in a group more follow (snell_scene_get_path) */
     snell_vec3 normal;
     uint32_t number; /* of the shape, counted as if all groups were taken apart */
-} snell_hit; /* miss: t = INFINITY; primitive: of a mesh, the triangle, else 0; u, v: of a triangle, the
+} snell_hit; /* miss: t = INFINITY; primitive: of a mesh, the triangle; of a solid, a number of the
+                face's shape (a mesh's faces have one each); else 0; u, v: of a triangle, the
                 weights of its second and third vertex (of other shapes: not promised); normal:
                 geometric, unit, outward */
 SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays,
@@ -1772,6 +1773,25 @@ static inline snell_heightfield_desc snell_heightfield_desc_init(size_t struct_s
     return desc;
 }
 SNELL_API snell_status snell_scene_add_heightfield(snell_scene *scene, const snell_heightfield_desc *desc, snell_shape_id *out);
+
+enum { SNELL_SOLID_OPERATION_UNION, SNELL_SOLID_OPERATION_INTERSECTION, SNELL_SOLID_OPERATION_DIFFERENCE };
+typedef struct snell_solid_desc { /* closed shapes put together */
+    size_t struct_size;
+    int32_t operation; /* all that any has, what all have, or the first less all others */
+    const snell_shape_id *shapes; /* closed shapes, planes as half-spaces, solids; required */
+    size_t shapes_count;
+    const snell_transform *transforms; /* one per shape, to the solid's space; or none */
+    size_t transforms_count;
+    const snell_material_id *materials; /* one per shape, or none; a shape without has the solid's own */
+    size_t materials_count;
+} snell_solid_desc;
+static inline snell_solid_desc snell_solid_desc_init(size_t struct_size) {
+    snell_solid_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    return desc;
+}
+SNELL_API snell_status snell_scene_add_solid(snell_scene *scene, const snell_solid_desc *desc, snell_shape_id *out);
 
 typedef struct snell_implicit_desc { /* where a formula in x, y, z is below 0; distance fields too */
     size_t struct_size;

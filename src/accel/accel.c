@@ -132,7 +132,7 @@ static snell_status copy_geometries(accel *a, const accel_input *input) {
         frozen_geometry *g = &a->geometries[i];
         if (g->type == NULL && g->used)
             mark_used(a, input->geometries[i].parts, input->geometries[i].part_count);
-        if (g->type && !has_tree(g->type) && !g->type->unbounded)
+        if (g->used && g->type && !has_tree(g->type) && !g->type->unbounded)
             g->bounds = g->type->bounds(g->desc);
     }
     return SNELL_OK;

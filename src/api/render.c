@@ -187,6 +187,14 @@ static snell_status open_shutter(const snell_scene *s, const camera_common *came
     return motion_prepare(camera->motion, camera->motion_count, times[0], times[1], moved);
 }
 
+/* What a ray met of a solid that cannot be held is not in the picture. */
+static snell_status check_solids(const scene *frozen) {
+    if (!atomic_load(&frozen->solids->spent)) return SNELL_OK;
+    return error_set(SNELL_ERR_UNSUPPORTED, "make it of several solids, or of simpler shapes",
+                     "a ray meets more than %d stretches of what a solid is made of",
+                     SOLID_SPANS_MAX);
+}
+
 static snell_status render_with(const snell_scene *s, const snell_render_desc *r,
                                 const camera_type *camera, const void *camera_desc,
                                 const integrator *policy, snell_film *out) {
@@ -232,6 +240,7 @@ static snell_status render_with(const snell_scene *s, const snell_render_desc *r
         .user = r->user};
     keep_look(s, out);
     status = render_film(&options, s->context->pool, &out->film, &out->stats);
+    if (!status) status = check_solids(frozen);
     if (out->stats.film_overflows > 0)
         log_write(&s->context->log, SNELL_WARNING, (source_place){0},
                   "lights and emission should be under 1e13",

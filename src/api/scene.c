@@ -402,6 +402,20 @@ static bool report_build(void *user, double fraction) {
     return p->progress(p->user, &progress);
 }
 
+/* A solid without a point is most likely a mistake. */
+static void warn_of_empty(const snell_scene *s) {
+    const solid_set *set = s->frozen->solids;
+    for (size_t i = 0; i < set->shape_count; i++) {
+        if (set->solids[i] == NULL || !bounds3_is_empty(set->solids[i]->bounds)) continue;
+        const object *o = &s->description->objects[CATEGORY_SHAPE].items[i];
+        char label[128];
+        description_object_label(s->description, CATEGORY_SHAPE, (uint32_t)i, label, sizeof label);
+        log_write(&s->context->log, SNELL_WARNING, (source_place){o->file, o->line, 0},
+                  "its shapes have nothing in common", "%s is empty: nothing of it is drawn",
+                  label);
+    }
+}
+
 snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
@@ -414,6 +428,7 @@ snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, voi
     if (!status) {
         scene_destroy(s->frozen);
         s->frozen = frozen;
+        warn_of_empty(s);
     }
     scene_end_edit(s);
     return status;
@@ -457,8 +472,9 @@ static drawn count_list(const description *d, const part_lists *lists, size_t li
         uint32_t index = d->instances[lists->parts[i]].shape;
         const object *shape = &d->objects[CATEGORY_SHAPE].items[index];
         const primitive_type *type = (const primitive_type *)shape->type;
-        uint64_t count = primitive_count_of(type, shape->desc);
-        drawn one = {1, count, type->intersect ? 0 : count};
+        uint64_t count = type == &primitive_solid ? shape_part_count(d, index)
+                                                  : primitive_count_of(type, shape->desc);
+        drawn one = {1, count, type == &primitive_mesh ? count : 0};
         if (object_is_group(shape)) one = groups[index];
         all.shapes = all.shapes + one.shapes < most ? all.shapes + one.shapes : most;
         all.primitives =
@@ -485,7 +501,7 @@ static snell_status count_instances(const description *d, snell_scene_stats *out
     free(groups);
     part_lists_free(&lists);
     for (size_t i = 0; i < shapes->count && !status; i++) {
-        if (((const primitive_type *)shapes->items[i].type)->intersect == NULL)
+        if (shapes->items[i].type == &primitive_mesh.info)
             out->unique_triangle_count += mesh_triangle_count(shapes->items[i].desc);
         out->memory_geometry += array_bytes(&shapes->items[i]);
     }
@@ -536,7 +552,8 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
     if (s->frozen) {
         accel_memory memory = accel_get_memory(s->frozen->accel);
         out->memory_textures += scene_texture_memory(s->frozen);
-        out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes;
+        out->memory_accel = memory.node_bytes + memory.triangle_bytes + memory.other_bytes +
+                            solid_set_memory(s->frozen->solids);
     }
     scene_end_read(s);
     return status;

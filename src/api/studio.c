@@ -14,9 +14,10 @@ static bounds3 list_bounds(const description *d, const part_lists *lists, size_t
     for (uint32_t i = lists->begin[list]; i < lists->begin[list + 1]; i++) {
         const instance *at = &d->instances[lists->parts[i]];
         const object *shape = &d->objects[CATEGORY_SHAPE].items[at->shape];
-        const primitive_type *type = (const primitive_type *)shape->type;
-        if (type->unbounded) continue;
-        bounds3 own = object_is_group(shape) ? groups[at->shape] : type->bounds(shape->desc);
+        transform identity = transform_identity();
+        bounds3 own =
+            object_is_group(shape) ? groups[at->shape] : shape_bounds(d, at->shape, &identity);
+        if (!bounds_are_finite(own)) continue;
         all = bounds3_union(all, transform_bounds(&at->to_world, own));
         for (size_t k = 1; k < at->key_count; k++)
             all = bounds3_union(all, transform_bounds(&at->keys[k].transform, own));

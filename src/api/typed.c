@@ -659,6 +659,18 @@ snell_status snell_scene_add_heightfield(snell_scene *s, const snell_heightfield
     return status;
 }
 
+_Static_assert(sizeof(snell_solid_desc) == 64, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, operation) == 8, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, shapes) == 16, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, transforms) == 32, "run tools/update_api");
+_Static_assert(offsetof(snell_solid_desc, materials) == 48, "run tools/update_api");
+snell_status snell_scene_add_solid(snell_scene *s, const snell_solid_desc *desc, snell_shape_id *out) {
+    uint32_t index1 = 0;
+    snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "solid", desc, &index1);
+    if (!status && out) *out = (snell_shape_id){index1, 0};
+    return status;
+}
+
 _Static_assert(sizeof(snell_implicit_desc) == 48, "run tools/update_api");
 _Static_assert(offsetof(snell_implicit_desc, f) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_implicit_desc, min) == 16, "run tools/update_api");

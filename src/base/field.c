@@ -15,6 +15,8 @@ size_t field_element_size(field_kind kind) {
     case FIELD_UINTS: return sizeof(uint32_t);
     case FIELD_BYTES: return 1;
     case FIELD_MATERIALS: return sizeof(snell_material_id);
+    case FIELD_SHAPES: return sizeof(snell_shape_id);
+    case FIELD_TRANSFORMS: return sizeof(snell_transform);
     case FIELD_KEYS: return sizeof(snell_motion_key);
     default: return 0;
     }
@@ -59,6 +61,8 @@ const char *field_kind_name(field_kind kind) {
                                         [FIELD_UINTS] = "list of integers",
                                         [FIELD_BYTES] = "bytes",
                                         [FIELD_MATERIALS] = "list of materials",
+                                        [FIELD_SHAPES] = "list of shapes",
+                                        [FIELD_TRANSFORMS] = "list of transforms",
                                         [FIELD_KEYS] = "list of keys, or function"};
     return names[kind];
 }
@@ -258,10 +262,11 @@ static snell_status check_vec3(const type_info *info, const field *f, snell_vec3
 }
 
 static snell_status check_array(const type_info *info, const field *f, const array_member *array) {
-    size_t floats = f->kind == FIELD_VEC3S    ? 3
-                    : f->kind == FIELD_VEC2S  ? 2
-                    : f->kind == FIELD_FLOATS ? 1
-                                              : 0;
+    size_t floats = f->kind == FIELD_VEC3S        ? 3
+                    : f->kind == FIELD_VEC2S      ? 2
+                    : f->kind == FIELD_FLOATS     ? 1
+                    : f->kind == FIELD_TRANSFORMS ? 12
+                                                  : 0;
     if (array->count > SIZE_MAX / 64)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "%s: '%s' is too long", info->name, f->name);
     const float *numbers = array->data;

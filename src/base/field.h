@@ -18,32 +18,35 @@
 #include <snell/snell.h>
 
 typedef enum field_kind {
-    FIELD_BOOL = 1,  /* bool */
-    FIELD_INT,       /* int32_t */
-    FIELD_FLOAT,     /* float */
-    FIELD_VEC2,      /* snell_vec2 */
-    FIELD_VEC3,      /* snell_vec3, a point or vector */
-    FIELD_COLOR,     /* snell_vec3, >= 0 unless the range says otherwise */
-    FIELD_INPUT,     /* snell_input, colour */
-    FIELD_SCALAR,    /* snell_input, value.x */
-    FIELD_CHOICE,    /* int32_t: index into the words of `choices`, from 0 */
-    FIELD_STRING,    /* const char *, owned copy; "" by default */
-    FIELD_TEXTURE,   /* snell_texture_id */
-    FIELD_MATERIAL,  /* snell_material_id */
-    FIELD_TRANSFORM, /* snell_transform, identity by default */
-    FIELD_VEC3S,     /* const snell_vec3 *NAME; size_t NAME_count */
-    FIELD_VEC2S,     /* const snell_vec2 *NAME; size_t NAME_count */
-    FIELD_FLOATS,    /* const float *NAME; size_t NAME_count; each in the range */
-    FIELD_UINTS,     /* const uint32_t *NAME; size_t NAME_count */
-    FIELD_BYTES,     /* const void *NAME; size_t NAME_count */
-    FIELD_MATERIALS, /* const snell_material_id *NAME; size_t NAME_count */
-    FIELD_KEYS       /* const snell_motion_key *NAME; size_t NAME_count */
+    FIELD_BOOL = 1,   /* bool */
+    FIELD_INT,        /* int32_t */
+    FIELD_FLOAT,      /* float */
+    FIELD_VEC2,       /* snell_vec2 */
+    FIELD_VEC3,       /* snell_vec3, a point or vector */
+    FIELD_COLOR,      /* snell_vec3, >= 0 unless the range says otherwise */
+    FIELD_INPUT,      /* snell_input, colour */
+    FIELD_SCALAR,     /* snell_input, value.x */
+    FIELD_CHOICE,     /* int32_t: index into the words of `choices`, from 0 */
+    FIELD_STRING,     /* const char *, owned copy; "" by default */
+    FIELD_TEXTURE,    /* snell_texture_id */
+    FIELD_MATERIAL,   /* snell_material_id */
+    FIELD_TRANSFORM,  /* snell_transform, identity by default */
+    FIELD_VEC3S,      /* const snell_vec3 *NAME; size_t NAME_count */
+    FIELD_VEC2S,      /* const snell_vec2 *NAME; size_t NAME_count */
+    FIELD_FLOATS,     /* const float *NAME; size_t NAME_count; each in the range */
+    FIELD_UINTS,      /* const uint32_t *NAME; size_t NAME_count */
+    FIELD_BYTES,      /* const void *NAME; size_t NAME_count */
+    FIELD_MATERIALS,  /* const snell_material_id *NAME; size_t NAME_count */
+    FIELD_SHAPES,     /* const snell_shape_id *NAME; size_t NAME_count */
+    FIELD_TRANSFORMS, /* const snell_transform *NAME; size_t NAME_count */
+    FIELD_KEYS        /* const snell_motion_key *NAME; size_t NAME_count */
 } field_kind;
 
 enum field_flags {
     FIELD_REQUIRED = 1,
-    FIELD_OPEN_MIN = 2,   /* the minimum itself is not allowed */
-    FIELD_UNIT_LENGTH = 4 /* a direction: any length but 0 is given, stored normalised */
+    FIELD_OPEN_MIN = 2,    /* the minimum itself is not allowed */
+    FIELD_UNIT_LENGTH = 4, /* a direction: any length but 0 is given, stored normalised */
+    FIELD_SOME_NONE = 8    /* a list of ids in which 0 stands for none */
 };
 
 typedef struct field {
@@ -94,6 +97,7 @@ typedef struct type_info {
 #define DIRECTION -INFINITY, INFINITY, FIELD_UNIT_LENGTH, NULL
 #define REQUIRED_DIRECTION -INFINITY, INFINITY, FIELD_UNIT_LENGTH | FIELD_REQUIRED, NULL
 #define CHOICES(words) 0, 255, 0, words
+#define OR_NONE -INFINITY, INFINITY, FIELD_SOME_NONE, NULL
 
 #define FIELD_MEMBER_BOOL(name) bool name;
 #define FIELD_MEMBER_INT(name) int32_t name;
@@ -125,6 +129,12 @@ typedef struct type_info {
     size_t name##_count;
 #define FIELD_MEMBER_MATERIALS(name)                                                               \
     const snell_material_id *name;                                                                 \
+    size_t name##_count;
+#define FIELD_MEMBER_SHAPES(name)                                                                  \
+    const snell_shape_id *name;                                                                    \
+    size_t name##_count;
+#define FIELD_MEMBER_TRANSFORMS(name)                                                              \
+    const snell_transform *name;                                                                   \
     size_t name##_count;
 
 #define FIELD_MEMBER_KEYS(name)                                                                    \

@@ -229,7 +229,6 @@ static void sample_area(const void *desc, uint32_t primitive, double u, double v
     surface_at(desc, primitive, weight, (dvec3){0, 1, 0}, out);
 }
 
-extern const primitive_type primitive_mesh;
 const primitive_type primitive_mesh = {
     .info = TYPE_INFO(CATEGORY_SHAPE, mesh, "mesh", "triangles"),
     .flat = true,

@@ -72,7 +72,8 @@ typedef struct primitive_type {
     uint32_t (*primitive_count)(const void *desc);
     bounds3 (*primitive_bounds)(const void *desc, uint32_t primitive);
     /* The nearest hit with ray->t_min < t < ray->t_max of the part number hit->primitive (0 where
-     * there is one): sets t, u, v. NULL for meshes, whose triangles the kernels test themselves. */
+     * there is one): sets t, u, v; and, of one part, primitive where several faces are told apart.
+     * NULL for meshes, whose triangles the kernels test themselves. */
     bool (*intersect)(const void *desc, const local_ray *ray, hit *hit);
     /* Fills *out for a hit of this ray. */
     void (*surface)(const void *desc, const local_ray *ray, const hit *hit, surface *out);
@@ -124,5 +125,7 @@ static inline bounds3 primitive_bounds_of(const primitive_type *type, const void
 extern const primitive_type *const primitive_types[];
 extern const uint32_t primitive_type_count;
 const primitive_type *primitive_find(const char *name); /* NULL: none of that name */
+
+extern const primitive_type primitive_mesh; /* the one whose hits the kernels find */
 
 #endif

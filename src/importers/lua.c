@@ -99,8 +99,7 @@ static bool in_lists(const word_list *lists, size_t count, const char *label, co
 
 /* Looked up only for words that no registered type has, so what arrives needs no change here. */
 bool scene_is_later(const char *label, const char *word) {
-    static const word_list later[] = {
-        {NULL, "union|intersection|difference"}, {"word", "aces|agx"}, {"field", "medium"}};
+    static const word_list later[] = {{"word", "aces|agx"}, {"field", "medium"}};
     return in_lists(later, sizeof later / sizeof later[0], label, word);
 }
 
@@ -234,6 +233,7 @@ static int run(lua_State *L) {
     nodes_open(L);
     transform_open(L);
     objects_open(L);
+    solids_open(L);
     files_open(L);
     motion_open(L);
     const char *chunk = lua_pushfstring(L, "@%s", s->path);
@@ -374,7 +374,8 @@ static size_t take_word(const uint8_t *text, size_t size, size_t at, char word[3
 
 static bool is_vocabulary(const char *word) {
     static const char *const more = "camera|light|material|texture|group|instance|model|include|"
-                                    "triangle|transform|param|animation";
+                                    "union|intersection|difference|triangle|transform|param|"
+                                    "animation";
     return choice_find(more, word) >= 0 || type_find(CATEGORY_SHAPE, word) != NULL ||
            type_find(CATEGORY_SETTING, word) != NULL;
 }

@@ -50,7 +50,17 @@ static void renumber(const merge *m, const type_info *type, void *desc) {
                 size_t count;
             } list;
             memcpy(&list, at, sizeof list);
-            for (size_t k = 0; k < list.count; k++) list.data[k].index1 += m->material;
+            for (size_t k = 0; k < list.count; k++)
+                if (list.data[k].index1) list.data[k].index1 += m->material;
+            break;
+        }
+        case FIELD_SHAPES: {
+            struct {
+                snell_shape_id *data;
+                size_t count;
+            } list;
+            memcpy(&list, at, sizeof list);
+            for (size_t k = 0; k < list.count; k++) list.data[k].index1 += m->shape;
             break;
         }
         default: break;

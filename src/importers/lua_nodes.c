@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "geometry/primitive.h"
+#include "scene/solids.h"
 
 /* Groups in groups, with an instance around each, and a shape. */
 enum { DEPTH_MAX = GROUP_DEPTH_MAX, PATH_MAX_NODES = 2 * DEPTH_MAX + 2 };
@@ -118,14 +118,17 @@ static inherited nothing_above(void) {
 }
 
 static void add_bounds(lua_State *L, void *user, const node *leaf, const inherited *from) {
-    const object *o = &scene_of(L)->d->objects[CATEGORY_SHAPE].items[leaf->shape];
-    const primitive_type *type = primitive_find(o->type->name);
+    const description *d = scene_of(L)->d;
+    const object *o = &d->objects[CATEGORY_SHAPE].items[leaf->shape];
     bounds3 *sum = user;
-    if (type == NULL || type->unbounded || type->bounds == NULL) return;
-    transform placed = dtransform_round(&from->placed);
-    *sum = bounds3_union(*sum, transform_bounds(&placed, type->bounds(o->desc)));
+    transform placed = dtransform_round(&from->placed), identity = transform_identity();
+    bounds3 own = shape_bounds(d, leaf->shape, &identity);
+    if (bounds_are_finite(own)) *sum = bounds3_union(*sum, transform_bounds(&placed, own));
     /* Computed anew each time. */
+    const primitive_type *type = (const primitive_type *)o->type;
     sandbox_charge(L, primitive_count_of(type, o->desc));
+    if (type == &primitive_solid)
+        sandbox_charge(L, 16 * (uint64_t)shape_part_count(d, leaf->shape));
 }
 
 /* A node's box in the space that it stands in. Of a large group each node is looked at once, so the
@@ -166,6 +169,25 @@ bounds3 nodes_bounds(lua_State *L, uint32_t index) {
         scene_fail(L, SNELL_ERR_SYNTAX, "a plane goes on for ever; a quad has bounds",
                    "bounds of something that has none");
     return sum;
+}
+
+typedef struct leaf_visit {
+    node_leaf_fn *visit;
+    void *user;
+} leaf_visit;
+
+static void visit_leaf(lua_State *L, void *user, const node *leaf, const inherited *from) {
+    const leaf_visit *v = user;
+    node here = *leaf;
+    here.material = from->forced != NO_MATERIAL ? from->forced : from->usual;
+    here.placed = from->placed;
+    v->visit(L, v->user, &here, from->moves);
+}
+
+void nodes_each_leaf(lua_State *L, uint32_t index, node_leaf_fn *visit, void *user) {
+    inherited above = nothing_above();
+    leaf_visit v = {visit, user};
+    walk(L, index, &above, visit_leaf, &v);
 }
 
 static void add_instance(lua_State *L, void *user, const node *leaf, const inherited *from) {
@@ -243,15 +265,16 @@ void nodes_free(lua_scene *s) {
 
 static const char *const common_names[] = {"material", "transform", "name", "motion"};
 
-/* Reads the shapes at 1..count of the table at index 1 into a userdata on the stack. */
-static uint32_t *read_parts(lua_State *L, const char *label, size_t count) {
+uint32_t *nodes_read_parts(lua_State *L, const char *label, size_t count) {
     uint32_t *parts = lua_newuserdatauv(L, (count + 1) * sizeof *parts, 0);
     for (size_t i = 0; i < count; i++) {
         lua_rawgeti(L, 1, (lua_Integer)i + 1);
         if (!handle_get(L, -1, HANDLE_SHAPE, &parts[i])) {
             const char *kind = sandbox_tostring(L, -1);
-            scene_fail(L, SNELL_ERR_SYNTAX, "such as group { sphere { radius = 1 } }",
-                       "%s: value %d must be a shape, not %s", label, (int)i + 1, kind);
+            char hint[96];
+            snprintf(hint, sizeof hint, "such as %s { sphere { radius = 1 } }", label);
+            scene_fail(L, SNELL_ERR_SYNTAX, hint, "%s: value %d must be a shape, not %s", label,
+                       (int)i + 1, kind);
         }
         lua_pop(L, 1);
     }
@@ -265,7 +288,7 @@ static int make_group(lua_State *L) {
     sandbox_charge(L, 4 * (uint64_t)count);
     values_check_keys(L, "group", common_names, 4, (lua_Integer)count);
     node made = objects_read_common(L, "group", &name);
-    uint32_t *parts = read_parts(L, "group", count);
+    uint32_t *parts = nodes_read_parts(L, "group", count);
     nodes_add_group(L, &made, "group", parts, count);
     return 1;
 }
@@ -276,7 +299,7 @@ static int make_instance(lua_State *L) {
     values_need_table(L, "instance");
     values_check_keys(L, "instance", common_names, 4, 1);
     node made = objects_read_common(L, "instance", &name);
-    uint32_t *part = read_parts(L, "instance", 1);
+    uint32_t *part = nodes_read_parts(L, "instance", 1);
     made.overrides = true;
     nodes_add_group(L, &made, "instance", part, 1);
     return 1;

@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 #include "cameras/camera.h"
+#include "geometry/solid.h"
 #include "lights/sky.h"
 #include "maths/functions.h"
 #include "scene/settings.h"
@@ -454,6 +455,7 @@ static void open_category(lua_State *L, category which, const char *prefix) {
     const type_info *type;
     for (uint32_t i = 0; (type = type_at(i)) != NULL; i++) {
         if (type->category != which) continue;
+        if (type == &primitive_solid.info) continue; /* union, intersection, difference */
         lua_pushlightuserdata(L, (void *)(uintptr_t)type);
         lua_pushfstring(L, "%s%s", prefix, type->name);
         lua_pushcclosure(L, maker(which), 2);

@@ -2,7 +2,7 @@
  *
  * lua.c runs a file; lua_sandbox.c makes Lua deterministic and bounded; lua_values.c turns Lua
  * values into parameters by the types' own tables; lua_objects.c is the vocabulary made from the
- * registries; lua_nodes.c keeps what is drawn; lua_transform.c and lua_files.c are the rest of the
+ * registries; lua_nodes.c keeps what is drawn; lua_solids.c puts shapes together; lua_transform.c and lua_files.c are the rest of the
  * language. Everything runs inside one lua_pcall: errors are raised with scene_fail, and all memory
  * belongs to the Lua state or to `scene`, so that nothing leaks when one is raised. */
 #ifndef SNELL_IMPORTERS_LUA_SCENE_H
@@ -192,10 +192,19 @@ void nodes_add_shape(lua_State *L, const node *like);
 void nodes_add_group(lua_State *L, const node *like, const char *label, const uint32_t *indices,
                      size_t count);
 bounds3 nodes_bounds(lua_State *L, uint32_t index);
+/* Reads the shapes at 1..count of the table at index 1 into a userdata on the stack. */
+uint32_t *nodes_read_parts(lua_State *L, const char *label, size_t count);
+/* Every shape under a node, with the material and the place that it has by the groups around it;
+ * moves: it or one of them has a motion. */
+typedef void node_leaf_fn(lua_State *L, void *user, const node *leaf, bool moves);
+void nodes_each_leaf(lua_State *L, uint32_t index, node_leaf_fn *visit, void *user);
 /* Gives every node that no other took its instances. */
 void nodes_draw(lua_State *L);
 void nodes_free(lua_scene *s);
 void nodes_open(lua_State *L); /* group, instance */
+
+/* ---- lua_solids.c ---- */
+void solids_open(lua_State *L); /* union, intersection, difference */
 
 /* ---- lua_objects.c ---- */
 /* The material, transform and name of the table at index 1. */

@@ -11,7 +11,8 @@ static void note_ambient(const scene *s, const log_sink *log) {
 
 static bool is_used(const scene *s, uint32_t index) {
     for (uint32_t i = 0; i < s->part_count; i++)
-        if (s->instances[i].material == index) return true;
+        for (uint32_t k = 0; k < instance_slot_count(&s->instances[i]); k++)
+            if (instance_slot(&s->instances[i], k) == index) return true;
     return false;
 }
 
@@ -33,11 +34,17 @@ static void note_gain(const description *d, const scene *s, const log_sink *log)
     }
 }
 
-/* Planes have no area to draw a point from. */
+static bool some_shines(const scene *s, const scene_instance *at) {
+    for (uint32_t i = 0; i < instance_slot_count(at); i++)
+        if (s->materials[instance_slot(at, i)].shines) return true;
+    return false;
+}
+
+/* Planes have no area to draw a point from, and of solids it is not known. */
 static void note_endless_emitters(const scene *s, const log_sink *log) {
     for (uint32_t i = 0; i < s->part_count; i++) {
         const scene_instance *at = &s->instances[i];
-        if (at->type->area || !s->materials[at->material].shines) continue;
+        if (at->type->area || !some_shines(s, at)) continue;
         log_write(log, SNELL_WARNING, (source_place){0}, "use a quad or a disk, or path",
                   "a %s that shines lights only what mirrors it: it has no area to sample",
                   at->type->info.name);

@@ -12,6 +12,7 @@
 #include "lights/light.h"
 #include "materials/material.h"
 #include "scene/settings.h"
+#include "scene/solids.h"
 #include "textures/texture.h"
 
 enum { MESSAGES_MAX = 200 };
@@ -253,8 +254,18 @@ static snell_status check_materials(const description *d, const type_info *type,
                                     const snell_material_id *ids, size_t count) {
     snell_status status = SNELL_OK;
     for (size_t i = 0; i < count && !status; i++)
-        status = check_id(d, CATEGORY_MATERIAL, type, f, ids[i].index1, ids[i].generation);
+        if (ids[i].index1 || !(f->flags & FIELD_SOME_NONE))
+            status = check_id(d, CATEGORY_MATERIAL, type, f, ids[i].index1, ids[i].generation);
     return status;
+}
+
+/* What a solid is made of: closed shapes that were there before, so that none is part of itself. */
+static snell_status check_shapes(const description *d, const type_info *type, const field *f,
+                                 const snell_shape_id *ids, size_t count) {
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < count && !status; i++)
+        status = check_id(d, CATEGORY_SHAPE, type, f, ids[i].index1, ids[i].generation);
+    return status ? status : solid_check_parts(d, ids, count);
 }
 
 static snell_status check_reference(const description *d, const type_info *type, const field *f,
@@ -284,6 +295,12 @@ static snell_status check_reference(const description *d, const type_info *type,
         size_t count;
         memcpy(&count, (const char *)at + sizeof *ids, sizeof count);
         return check_materials(d, type, f, *ids, count);
+    }
+    case FIELD_SHAPES: {
+        const snell_shape_id *const *ids = at;
+        size_t count;
+        memcpy(&count, (const char *)at + sizeof *ids, sizeof count);
+        return check_shapes(d, type, f, *ids, count);
     }
     default: return SNELL_OK;
     }

@@ -19,17 +19,22 @@ static uint32_t shadow_mask(const material *m) {
     return filters ? MASK_FILTER : MASK_OPAQUE;
 }
 
-/* A mesh of several materials is a filter as soon as one of them is: the walk looks at each
- * triangle. */
+static bool has_vertex_alphas(const scene_instance *at) {
+    if (at->type == &primitive_mesh) return ((const mesh_desc *)at->shape)->alphas_count != 0;
+    if (!solid_is(at->type)) return false;
+    const solid_shape *whole = at->shape;
+    for (uint32_t i = 0; i < whole->part_count; i++)
+        if (whole->parts[i].mesh && whole->parts[i].mesh->mesh->alphas_count) return true;
+    return false;
+}
+
+/* What has several materials is a filter as soon as one of them is: the walk looks at each
+ * triangle or face. */
 static uint32_t instance_mask(const scene *s, const scene_instance *at) {
-    uint32_t mask = shadow_mask(&s->materials[at->material]);
-    if (at->type->intersect != NULL) return mask;
-    const mesh_desc *mesh = at->shape;
-    if (mesh->alphas_count) return MASK_FILTER;
-    if (mesh->material_slots_count == 0) return mask;
-    mask = shadow_mask(&s->materials[mesh->materials[0].index1 - 1]);
-    for (size_t i = 0; i < mesh->materials_count; i++)
-        if (shadow_mask(&s->materials[mesh->materials[i].index1 - 1]) != mask) return MASK_FILTER;
+    if (has_vertex_alphas(at)) return MASK_FILTER;
+    uint32_t mask = shadow_mask(&s->materials[instance_slot(at, 0)]);
+    for (uint32_t i = 1; i < instance_slot_count(at); i++)
+        if (shadow_mask(&s->materials[instance_slot(at, i)]) != mask) return MASK_FILTER;
     return mask;
 }
 
@@ -37,15 +42,11 @@ static bool bounds_medium(const scene *s, uint32_t index) {
     return material_bounds_medium(s->materials[index].type, s->materials[index].desc);
 }
 
-/* What is inside an instance: its material's medium, or that of the first slot that has one. */
+/* What is inside an instance: the medium of its first material that has one. */
 static void find_medium(const scene *s, scene_instance *at) {
-    uint32_t index = at->material;
-    const mesh_desc *mesh = at->type->intersect == NULL ? at->shape : NULL;
-    if (mesh && mesh->material_slots_count) {
-        index = mesh->materials[0].index1 - 1;
-        for (size_t i = 1; i < mesh->materials_count && !bounds_medium(s, index); i++)
-            index = mesh->materials[i].index1 - 1;
-    }
+    uint32_t index = instance_slot(at, 0);
+    for (uint32_t i = 1; i < instance_slot_count(at) && !bounds_medium(s, index); i++)
+        index = instance_slot(at, i);
     const material *m = &s->materials[index];
     at->has_medium = bounds_medium(s, index);
     at->medium_material = index;
@@ -55,10 +56,8 @@ static void find_medium(const scene *s, scene_instance *at) {
 /* May some of it be sampled as a light? */
 static bool can_be_sampled(const scene *s, const scene_instance *at) {
     if (at->type->area == NULL) return false;
-    const mesh_desc *mesh = at->type->intersect == NULL ? at->shape : NULL;
-    if (mesh == NULL || mesh->material_slots_count == 0) return s->materials[at->material].shines;
-    for (size_t i = 0; i < mesh->materials_count; i++)
-        if (s->materials[mesh->materials[i].index1 - 1].shines) return true;
+    for (uint32_t i = 0; i < instance_slot_count(at); i++)
+        if (s->materials[instance_slot(at, i)].shines) return true;
     return false;
 }
 
@@ -67,6 +66,7 @@ static bool can_be_sampled(const scene *s, const scene_instance *at) {
 typedef struct freezing {
     scene *s;
     const description *d;
+    thread_pool *pool;
     part_lists lists;
     uint32_t *motion_of;    /* of each of the description's instances, in s->motions; or NO_ID */
     uint32_t *first_group;  /* of each shape, in s->groups; or NO_ID */
@@ -133,44 +133,40 @@ static bool reserve_parts(freezing *f, uint32_t count) {
 
 static snell_status freeze_group(freezing *f, uint32_t shape, outside from, uint32_t *out);
 
-/* What rays are traced against. */
-static const void *shape_of(const freezing *f, size_t index) {
-    void *made = f->s->prepared[index].made;
-    return made ? made : f->d->objects[CATEGORY_SHAPE].items[index].desc;
-}
-
-static snell_status prepare_shapes(const freezing *f) {
-    scene *s = f->s;
-    const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
-    s->prepared = memory_zeroed(shapes->count, sizeof *s->prepared);
-    if (s->prepared == NULL) return error_no_memory();
-    s->prepared_count = shapes->count;
-    for (size_t i = 0; i < f->d->instance_count; i++) {
-        uint32_t index = f->d->instances[i].shape;
-        const primitive_type *type = (const primitive_type *)shapes->items[index].type;
-        prepared_shape *to = &s->prepared[index];
-        if (f->d->instances[i].removed || type->prepare == NULL || to->made) continue;
-        *to = (prepared_shape){type, type->prepare(shapes->items[index].desc)};
-        if (to->made == NULL) return error_no_memory();
-    }
+/* The shape that rays meet: a solid is compiled, others are as they were prepared, or as
+ * they are described. */
+static snell_status shape_for_rays(const freezing *f, uint32_t index, accel_geometry *out) {
+    const object *o = &f->d->objects[CATEGORY_SHAPE].items[index];
+    *out = (accel_geometry){.type = (const primitive_type *)o->type,
+                            .desc = prepared_or(f->s->prepared, index, o->desc)};
+    if (out->type != &primitive_solid) return SNELL_OK;
+    const solid_shape *compiled;
+    snell_status status = solid_set_compile(f->s->solids, f->d, index, f->pool, &compiled);
+    if (status) return status;
+    bool boxed = bounds_are_finite(compiled->bounds) || bounds3_is_empty(compiled->bounds);
+    out->type = boxed ? &solid_bounded : &solid_boundless;
+    out->desc = compiled;
     return SNELL_OK;
 }
 
-static void freeze_shape(const freezing *f, const instance *from, outside above,
-                         scene_instance *at) {
+static snell_status freeze_shape(const freezing *f, const instance *from, outside above,
+                                 scene_instance *at) {
     uint32_t chosen = above.forced;
     if (chosen == NO_MATERIAL) chosen = from->material;
     if (chosen == NO_MATERIAL) chosen = above.usual;
     if (chosen == NO_MATERIAL) chosen = f->s->material_count;
-    const object *shape = &f->d->objects[CATEGORY_SHAPE].items[from->shape];
-    *at = (scene_instance){.type = (const primitive_type *)shape->type,
-                           .shape = shape_of(f, from->shape),
+    accel_geometry shape;
+    snell_status status = shape_for_rays(f, from->shape, &shape);
+    if (status) return status;
+    *at = (scene_instance){.type = shape.type,
+                           .shape = shape.desc,
                            .shape_index = from->shape,
                            .material = chosen,
                            .group = NO_ID};
     find_medium(f->s, at);
     at->shines = can_be_sampled(f->s, at);
     at->bounds_half = at->has_medium && at->type->unbounded && at->type->side;
+    return SNELL_OK;
 }
 
 static snell_status freeze_group_part(freezing *f, const instance *from, outside above,
@@ -206,7 +202,7 @@ static snell_status freeze_part(freezing *f, uint32_t id, outside above, uint32_
     if (is_group)
         status = freeze_group_part(f, from, above, &at);
     else
-        freeze_shape(f, from, above, &at);
+        status = freeze_shape(f, from, above, &at);
     if (!status) status = place(f, id, &at);
     if (status) return status;
     at.first = (uint32_t)*count;
@@ -311,7 +307,6 @@ static snell_status freeze_world(freezing *f) {
     f->first_group = memory_resize(NULL, shapes->count, sizeof *f->first_group);
     snell_status status = f->first_group ? part_lists_make(f->d, &f->lists) : error_no_memory();
     if (!status) status = freeze_motions(f);
-    if (!status) status = prepare_shapes(f);
     if (status) return status;
     for (size_t i = 0; i < shapes->count; i++) f->first_group[i] = NO_ID;
     uint32_t begin = f->lists.begin[shapes->count],
@@ -344,12 +339,27 @@ enum {
                  sizeof(frozen_instance) + sizeof(uint32_t) + NODES_BYTES
 };
 
+/* A solid's list of parts, and a tree of its own for each mesh among its shapes, of leaves that may be
+ * half empty. */
+static uint64_t plan_solid(const description *d, uint32_t shape) {
+    const solid_desc *from = d->objects[CATEGORY_SHAPE].items[shape].desc;
+    uint64_t bytes = 2 * (uint64_t)shape_part_count(d, shape) *
+                     (sizeof(solid_part) + sizeof(solid_node) + sizeof(uint32_t));
+    for (size_t i = 0; i < from->shapes_count; i++) {
+        const object *o = &d->objects[CATEGORY_SHAPE].items[from->shapes[i].index1 - 1];
+        if (o->type == &primitive_mesh.info)
+            bytes += 2 * (uint64_t)mesh_triangle_count(o->desc) * TRIANGLE_BYTES;
+    }
+    return bytes;
+}
+
 /* parts: instances of the world and of groups; largest: of those the most in one. */
 static uint64_t plan(const description *d, uint64_t parts, uint64_t largest) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
     uint64_t trees = 0, most = 0; /* bytes of the trees in shapes, and of building one */
     for (size_t i = 0; i < shapes->count; i++) {
         const primitive_type *type = (const primitive_type *)shapes->items[i].type;
+        if (type == &primitive_solid) trees += plan_solid(d, (uint32_t)i);
         if (type->primitive_count == NULL) continue;
         uint64_t count = type->primitive_count(shapes->items[i].desc);
         uint64_t building = count * (type->intersect ? BUILD_BYTES : TRIANGLE_BUILD_BYTES);
@@ -392,9 +402,13 @@ static snell_status build_accel(const freezing *f, const accel_options *options,
     size_t groups = shapes->count + s->body_count;
     accel_geometry *geometries = memory_zeroed(groups + s->group_count, sizeof *geometries);
     if (geometries == NULL) return error_no_memory();
-    for (size_t i = 0; i < shapes->count; i++)
-        geometries[i] = (accel_geometry){.type = (const primitive_type *)shapes->items[i].type,
-                                         .desc = shape_of(f, i)};
+    snell_status status = SNELL_OK;
+    for (uint32_t i = 0; i < shapes->count; i++) {
+        geometries[i] =
+            (accel_geometry){.type = (const primitive_type *)shapes->items[i].type,
+                             .desc = prepared_or(s->prepared, i, shapes->items[i].desc)};
+        if (s->solids->solids[i]) status = shape_for_rays(f, i, &geometries[i]); /* made before */
+    }
     for (uint32_t i = 0; i < s->body_count; i++)
         geometries[shapes->count + i] =
             (accel_geometry){.type = s->bodies[i].shape.type, .desc = s->bodies[i].shape.desc};
@@ -402,15 +416,43 @@ static snell_status build_accel(const freezing *f, const accel_options *options,
         geometries[groups + i] = (accel_geometry){.parts = f->placed + s->groups[i].first_part,
                                                   .part_count = s->groups[i].part_count};
     accel_input input = {geometries, groups + s->group_count, f->placed, s->instance_count};
-    snell_status status = accel_build(&input, options, pool, &s->accel);
+    if (!status) status = accel_build(&input, options, pool, &s->accel);
     free(geometries);
     return status;
 }
 
+static snell_status prepare_shapes(const freezing *f) {
+    scene *s = f->s;
+    const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
+    s->prepared = memory_zeroed(shapes->count, sizeof *s->prepared);
+    if (s->prepared == NULL) return error_no_memory();
+    s->prepared_count = shapes->count;
+    for (size_t i = 0; i < shapes->count; i++) {
+        const primitive_type *type = (const primitive_type *)shapes->items[i].type;
+        if (type->prepare == NULL) continue;
+        s->prepared[i] = (prepared_shape){type, type->prepare(shapes->items[i].desc)};
+        if (s->prepared[i].made == NULL) return error_no_memory();
+    }
+    return SNELL_OK;
+}
+
+static snell_status prepare_solids(const freezing *f) {
+    scene *s = f->s;
+    snell_status status = solid_set_create(f->d->objects[CATEGORY_SHAPE].count, &s->solids);
+    if (status) return status;
+    s->solids->materials = s->materials;
+    s->solids->prepared = s->prepared;
+    for (uint32_t i = 0; i < s->material_count; i++)
+        s->solids->textured |= s->materials[i].textured;
+    return SNELL_OK;
+}
+
 snell_status scene_freeze_geometry(scene *s, const description *d, const scene_options *options,
                                    thread_pool *pool) {
-    freezing f = {.s = s, .d = d};
-    snell_status status = freeze_world(&f);
+    freezing f = {.s = s, .d = d, .pool = pool};
+    snell_status status = prepare_shapes(&f);
+    if (!status) status = prepare_solids(&f);
+    if (!status) status = freeze_world(&f);
     if (!status) status = check_plan(&f, options->memory_max);
     if (!status) status = build_accel(&f, &options->accel, pool);
     if (!status) s->bounds = accel_bounds(s->accel);

@@ -296,27 +296,33 @@ static void shift_id(reader *r, category which, uint32_t *index1) {
         *index1 += (uint32_t)base;
 }
 
-/* An array of ids that had to be shifted, freed after its object is made. */
+/* Materials and shapes are named alike. */
+_Static_assert(sizeof(snell_shape_id) == sizeof(snell_material_id) &&
+                   offsetof(snell_shape_id, index1) == offsetof(snell_material_id, index1),
+               "ids have one layout");
+
+/* Arrays of ids that had to be shifted, freed after their object is made: one of materials, one of
+ * shapes. */
 typedef struct shifted_ids {
-    snell_material_id *ids;
+    snell_material_id *ids[2];
 } shifted_ids;
 
-static void get_materials(reader *r, void *member, shifted_ids *shifted) {
+static void get_ids(reader *r, category which, void *member, snell_material_id **shifted) {
     size_t count;
-    const void *data = get_array(r, sizeof(snell_material_id), &count);
-    if (count && r->base.objects[CATEGORY_MATERIAL]) {
-        if (shifted->ids) { /* no type has two such arrays */
+    const void *data = get_array(r, sizeof **shifted, &count);
+    if (count && r->base.objects[which]) {
+        if (*shifted) { /* no type has two such arrays */
             r->failed = true;
             return;
         }
-        shifted->ids = memory_resize(NULL, count, sizeof *shifted->ids);
-        if (shifted->ids == NULL) {
+        *shifted = memory_resize(NULL, count, sizeof **shifted);
+        if (*shifted == NULL) {
             r->failed = true;
             return;
         }
-        memcpy(shifted->ids, data, count * sizeof *shifted->ids);
-        for (size_t i = 0; i < count; i++) shift_id(r, CATEGORY_MATERIAL, &shifted->ids[i].index1);
-        data = shifted->ids;
+        memcpy(*shifted, data, count * sizeof **shifted);
+        for (size_t i = 0; i < count; i++) shift_id(r, which, &(*shifted)[i].index1);
+        data = *shifted;
     }
     array_put(member, data, count);
 }
@@ -346,7 +352,8 @@ static void get_field(reader *r, const field *f, void *member, shifted_ids *shif
         get(r, member, sizeof(snell_material_id));
         shift_id(r, CATEGORY_MATERIAL, &((snell_material_id *)member)->index1);
         break;
-    case FIELD_MATERIALS: get_materials(r, member, shifted); break;
+    case FIELD_MATERIALS: get_ids(r, CATEGORY_MATERIAL, member, &shifted->ids[0]); break;
+    case FIELD_SHAPES: get_ids(r, CATEGORY_SHAPE, member, &shifted->ids[1]); break;
     default:
         if (element_size) {
             const void *data = get_array(r, element_size, &count);
@@ -386,7 +393,7 @@ static snell_status read_object(reader *r) {
     void *desc = memory_zeroed(1, type->desc_size);
     if (desc == NULL) return error_no_memory();
     desc_init(type, desc);
-    shifted_ids shifted = {NULL};
+    shifted_ids shifted = {{NULL, NULL}};
     for (uint32_t i = 0; i < type->field_count; i++)
         get_field(r, &type->fields[i], (char *)desc + type->fields[i].offset, &shifted);
     skip_padding(r);
@@ -401,7 +408,8 @@ static snell_status read_object(reader *r) {
             (object_source){free_name(r, type->category, name, other_name, sizeof other_name), file,
                             line},
             NULL);
-    free(shifted.ids);
+    free(shifted.ids[0]);
+    free(shifted.ids[1]);
     free(desc);
     return status;
 }

@@ -186,6 +186,23 @@ static void freeze_settings(scene *s, const description *d) {
     }
 }
 
+uint32_t instance_slot_count(const scene_instance *at) {
+    if (solid_is(at->type)) return ((const solid_shape *)at->shape)->slot_count;
+    if (at->type != &primitive_mesh) return 1;
+    const mesh_desc *mesh = at->shape;
+    return mesh->material_slots_count ? (uint32_t)mesh->materials_count : 1;
+}
+
+uint32_t instance_slot(const scene_instance *at, uint32_t slot) {
+    if (solid_is(at->type)) {
+        uint32_t index = ((const solid_shape *)at->shape)->slots[slot];
+        return index == NO_ID ? at->material : index;
+    }
+    if (at->type != &primitive_mesh) return at->material;
+    const mesh_desc *mesh = at->shape;
+    return mesh->material_slots_count ? mesh->materials[slot].index1 - 1 : at->material;
+}
+
 void scene_shutter(const description *d, const camera_common *camera, double out[2]) {
     animation_desc clock;
     desc_init(&setting_animation, &clock);
@@ -265,6 +282,7 @@ void scene_destroy(scene *s) {
     free(s->prepared);
     free(s->instances);
     free(s->instance_ids);
+    solid_set_destroy(s->solids);
     free(s->groups);
     for (uint32_t i = 0; i < s->motion_count; i++) motion_free(&s->motions[i]);
     free(s->motions);
@@ -305,14 +323,20 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
     scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
 }
 
+static bool has_uv(const scene_instance *at, uint32_t primitive) {
+    if (solid_is(at->type)) return solid_find_part(at->shape, primitive)->has_uv;
+    if (at->type == &primitive_mesh) return ((const mesh_desc *)at->shape)->uvs_count != 0;
+    return !at->type->unbounded;
+}
+
 /* What only textures and bump look at: most materials have none, and this is most of a point. */
-static void set_place(const scene_instance *at, const surface *local, const surface *world,
-                      bool has_uv, shade_point *out) {
+static void set_place(const surface *local, const surface *world, bool has_coordinates,
+                      shade_point *out) {
     const dvec3 none = {0, 0, 0};
     texture_point *place = &out->at.at;
     place->u = local->u;
     place->v = local->v;
-    place->has_uv = has_uv && !at->type->unbounded;
+    place->has_uv = has_coordinates;
     place->local = local->p;
     place->n = local->n;
     place->dpdu = local->dpdu;
@@ -347,19 +371,12 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
     } else {
         at = scene_posed(s, id, time, &room);
     }
-    uint32_t index = at->material;
-    bool has_uv = true;
-    if (at->type->intersect == NULL) {
-        const mesh_desc *mesh = at->shape;
-        if (mesh->material_slots_count) index = mesh->materials[on->material_slot].index1 - 1;
-        has_uv = mesh->uvs_count != 0;
-    }
-    const material *made_of = &s->materials[index];
+    const material *made_of = &s->materials[instance_slot(at, on->material_slot)];
     if (made_of->textured) {
         if (at->type->parametrise) at->type->parametrise(at->shape, on);
         surface local = *on;
         bring_to_world(at, &path, true, on);
-        set_place(at, &local, on, has_uv, out);
+        set_place(&local, on, has_uv(at, primitive), out);
     } else {
         bring_to_world(at, &path, false, on);
     }

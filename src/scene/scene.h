@@ -11,6 +11,7 @@
 #include "materials/material.h"
 #include "geometry/surface.h"
 #include "scene/description.h"
+#include "scene/solids.h"
 
 /* Bits of accel_instance.mask: by what a shadow ray makes of the instance; and the shapes of lights,
  * which the caller's own rays pass: those that the camera sees, which cast shadows too, and those
@@ -28,12 +29,12 @@ typedef struct scene_instance {
     const primitive_type *type; /* of the shape */
     const void *shape;          /* its desc, or what was prepared from it */
     uint32_t shape_index;
-    uint32_t material; /* index into materials; slots of a mesh choose others */
+    uint32_t material; /* index into materials; slots of a mesh or a solid choose others */
     bool identity;
     transform to_world, to_local; /* where it moves: at the first of its steps */
     const motion *moves;          /* NULL: it stands still */
     bool has_medium;
-    medium inside;            /* of its dielectric: a mesh of several has the first one's */
+    medium inside;            /* of its dielectric: what has several, the first one's */
     uint32_t medium_material; /* which that is */
     bool similar;      /* to_world keeps angles, so solid angles are the same in both spaces */
     bool hidden_light; /* the shape of a light that the camera does not see */
@@ -73,12 +74,6 @@ typedef struct light_body {
     void *material_desc;
 } light_body;
 
-/* What a shape's type made of its description (primitive_type.prepare). */
-typedef struct prepared_shape {
-    const primitive_type *type;
-    void *made; /* NULL: nothing, the description serves */
-} prepared_shape;
-
 typedef struct scene {
     texture *textures;
     material *materials;    /* [material_count] is the grey Lambert of shapes without one */
@@ -101,7 +96,8 @@ typedef struct scene {
     uint32_t instance_count, part_count; /* of the world, and of all */
     scene_group *groups;
     uint32_t group_count, shape_count; /* drawn shapes */
-    motion *motions;                   /* of the instances that move, one after the other */
+    solid_set *solids;
+    motion *motions; /* of the instances that move, one after the other */
     uint32_t motion_count;
     /* What the motions were clipped to, seconds; -INFINITY, INFINITY without a camera. */
     double time_open, time_close;
@@ -185,6 +181,10 @@ typedef struct shade_point {
     dvec3 dpdx, dpdy, dndx, dndy;
     bool has_footprint;
 } shade_point;
+
+/* The materials of an instance, as surface.material_slot numbers them: indices into materials. */
+uint32_t instance_slot_count(const scene_instance *at);
+uint32_t instance_slot(const scene_instance *at, uint32_t slot);
 
 void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *out);
 /* The same for a point `on` an instance's surface, in its own space, seen from direction wo (unit);

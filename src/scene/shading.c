@@ -14,8 +14,11 @@ static dvec3 transferred(const ray *r, vec3 origin, vec3 direction, double t, dv
  * N = to_local^T n of the local normal n; 1 / |N| is the length of to_world^T ns. */
 static dvec3 normal_change(const scene_instance *at, const hit *h, const shade_point *p,
                            dvec3 step) {
-    dvec3 change =
-        at->type->bend ? at->type->bend(at->shape, h, step) : dvec3_scale(step, p->curvature);
+    dvec3 change = dvec3_scale(step, p->curvature);
+    if (solid_is(at->type))
+        change = solid_bend(at->shape, h, p->curvature, step);
+    else if (at->type->bend)
+        change = at->type->bend(at->shape, h, step);
     if (!at->identity)
         change = dvec3_scale(transform_normal(&at->to_local, change),
                              dvec3_length(transform_normal(&at->to_world, p->ns)));

@@ -332,9 +332,10 @@ INLINE bool trace_analytic(query *q, const prepared *p, const frozen_instance *i
         if (!in->type->intersect(in->desc, &local, &found)) return false;
         float t = float_max(floor_t, found.t);
         if (!(t > r->t_min && t < r->t_max)) return false;
-        if (comes_after(r, t, index, part)) {
+        if (comes_after(r, t, index, found.primitive)) {
             if (any) return true;
-            if (beats_best(q, t, index, part)) take(q, t, found.u, found.v, index, part);
+            if (beats_best(q, t, index, found.primitive))
+                take(q, t, found.u, found.v, index, found.primitive);
             return false;
         }
         if (!(found.t > local.t_min)) return false; /* a shape that broke its contract */
