@@ -121,6 +121,12 @@ static inline bounds3 primitive_bounds_of(const primitive_type *type, const void
     return type->primitive_count ? type->primitive_bounds(desc, primitive) : type->bounds(desc);
 }
 
+/* What a shape's type made of its description (primitive_type.prepare). */
+typedef struct prepared_shape {
+    const primitive_type *type;
+    void *made; /* NULL: nothing, the description serves */
+} prepared_shape;
+
 /* The registry: every type of shapes.def, in its order. */
 extern const primitive_type *const primitive_types[];
 extern const uint32_t primitive_type_count;

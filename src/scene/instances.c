@@ -133,12 +133,32 @@ static bool reserve_parts(freezing *f, uint32_t count) {
 
 static snell_status freeze_group(freezing *f, uint32_t shape, outside from, uint32_t *out);
 
-/* The shape that rays meet: a solid is compiled, others are as they were prepared, or as
- * they are described. */
+/* What a shape's type made of its description, or that. */
+static const void *shape_of(const freezing *f, size_t index) {
+    void *made = f->s->prepared[index].made;
+    return made ? made : f->d->objects[CATEGORY_SHAPE].items[index].desc;
+}
+
+static snell_status prepare_shapes(const freezing *f) {
+    scene *s = f->s;
+    const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
+    s->prepared = memory_zeroed(shapes->count, sizeof *s->prepared);
+    if (s->prepared == NULL) return error_no_memory();
+    s->prepared_count = shapes->count;
+    s->solids->prepared = s->prepared;
+    for (size_t i = 0; i < shapes->count; i++) {
+        const primitive_type *type = (const primitive_type *)shapes->items[i].type;
+        if (type->prepare == NULL) continue;
+        s->prepared[i] = (prepared_shape){type, type->prepare(shapes->items[i].desc)};
+        if (s->prepared[i].made == NULL) return error_no_memory();
+    }
+    return SNELL_OK;
+}
+
+/* The shape that rays meet: a solid is compiled, any other is as it is described or prepared. */
 static snell_status shape_for_rays(const freezing *f, uint32_t index, accel_geometry *out) {
     const object *o = &f->d->objects[CATEGORY_SHAPE].items[index];
-    *out = (accel_geometry){.type = (const primitive_type *)o->type,
-                            .desc = prepared_or(f->s->prepared, index, o->desc)};
+    *out = (accel_geometry){.type = (const primitive_type *)o->type, .desc = shape_of(f, index)};
     if (out->type != &primitive_solid) return SNELL_OK;
     const solid_shape *compiled;
     snell_status status = solid_set_compile(f->s->solids, f->d, index, f->pool, &compiled);
@@ -307,6 +327,7 @@ static snell_status freeze_world(freezing *f) {
     f->first_group = memory_resize(NULL, shapes->count, sizeof *f->first_group);
     snell_status status = f->first_group ? part_lists_make(f->d, &f->lists) : error_no_memory();
     if (!status) status = freeze_motions(f);
+    if (!status) status = prepare_shapes(f);
     if (status) return status;
     for (size_t i = 0; i < shapes->count; i++) f->first_group[i] = NO_ID;
     uint32_t begin = f->lists.begin[shapes->count],
@@ -404,9 +425,8 @@ static snell_status build_accel(const freezing *f, const accel_options *options,
     if (geometries == NULL) return error_no_memory();
     snell_status status = SNELL_OK;
     for (uint32_t i = 0; i < shapes->count; i++) {
-        geometries[i] =
-            (accel_geometry){.type = (const primitive_type *)shapes->items[i].type,
-                             .desc = prepared_or(s->prepared, i, shapes->items[i].desc)};
+        geometries[i] = (accel_geometry){.type = (const primitive_type *)shapes->items[i].type,
+                                         .desc = shape_of(f, i)};
         if (s->solids->solids[i]) status = shape_for_rays(f, i, &geometries[i]); /* made before */
     }
     for (uint32_t i = 0; i < s->body_count; i++)
@@ -421,27 +441,11 @@ static snell_status build_accel(const freezing *f, const accel_options *options,
     return status;
 }
 
-static snell_status prepare_shapes(const freezing *f) {
-    scene *s = f->s;
-    const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
-    s->prepared = memory_zeroed(shapes->count, sizeof *s->prepared);
-    if (s->prepared == NULL) return error_no_memory();
-    s->prepared_count = shapes->count;
-    for (size_t i = 0; i < shapes->count; i++) {
-        const primitive_type *type = (const primitive_type *)shapes->items[i].type;
-        if (type->prepare == NULL) continue;
-        s->prepared[i] = (prepared_shape){type, type->prepare(shapes->items[i].desc)};
-        if (s->prepared[i].made == NULL) return error_no_memory();
-    }
-    return SNELL_OK;
-}
-
 static snell_status prepare_solids(const freezing *f) {
     scene *s = f->s;
     snell_status status = solid_set_create(f->d->objects[CATEGORY_SHAPE].count, &s->solids);
     if (status) return status;
     s->solids->materials = s->materials;
-    s->solids->prepared = s->prepared;
     for (uint32_t i = 0; i < s->material_count; i++)
         s->solids->textured |= s->materials[i].textured;
     return SNELL_OK;
@@ -450,8 +454,7 @@ static snell_status prepare_solids(const freezing *f) {
 snell_status scene_freeze_geometry(scene *s, const description *d, const scene_options *options,
                                    thread_pool *pool) {
     freezing f = {.s = s, .d = d, .pool = pool};
-    snell_status status = prepare_shapes(&f);
-    if (!status) status = prepare_solids(&f);
+    snell_status status = prepare_solids(&f);
     if (!status) status = freeze_world(&f);
     if (!status) status = check_plan(&f, options->memory_max);
     if (!status) status = build_accel(&f, &options->accel, pool);

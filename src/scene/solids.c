@@ -56,17 +56,6 @@ static snell_status check_mesh(const object *o) {
                      (double)edge[1].y, (double)edge[1].z);
 }
 
-/* 1: closed; 0: open; -1: no memory to tell. */
-static int is_closed(const primitive_type *type, const void *desc) {
-    const local_ray any = {{0, 0, 0}, {0.6f, 0.64f, 0.48f}, 0, INFINITY};
-    span unused[1];
-    void *made = type->prepare ? type->prepare(desc) : NULL;
-    if (type->prepare && made == NULL) return -1;
-    int count = type->spans(made ? made : desc, &any, unused, 0);
-    if (made) type->release(made);
-    return count >= 0;
-}
-
 static snell_status check_part(const description *d, uint32_t shape) {
     const object *o = shape_at(d, shape);
     const primitive_type *type = (const primitive_type *)o->type;
@@ -78,9 +67,13 @@ static snell_status check_part(const description *d, uint32_t shape) {
     if (type->spans == NULL)
         return error_set(SNELL_ERR_ARGUMENT, "closed shapes can, and planes as half-spaces",
                          "%s: it encloses nothing and cannot be part of a solid", o->type->name);
-    int closed = is_closed(type, o->desc);
-    if (closed < 0) return error_no_memory();
-    if (closed > 0) return SNELL_OK;
+    const local_ray any = {{0, 0, 0}, {0.6f, 0.64f, 0.48f}, 0, INFINITY};
+    span unused[1];
+    void *made = type->prepare ? type->prepare(o->desc) : NULL;
+    if (type->prepare && made == NULL) return error_no_memory();
+    bool closed = type->spans(made ? made : o->desc, &any, unused, 0) >= 0;
+    if (made) type->release(made);
+    if (closed) return SNELL_OK;
     bool caps = type_find_field(o->type, "capped") != NULL;
     return error_set(SNELL_ERR_ARGUMENT,
                      caps ? "set capped = true" : "begin and end its line on the axis",
@@ -250,8 +243,9 @@ static snell_status add_part(compiler *c, uint32_t shape, const place *at) {
     const object *o = shape_at(c->d, shape);
     const primitive_type *type = (const primitive_type *)o->type;
     const mesh_desc *mesh = type == &primitive_mesh ? o->desc : NULL;
+    const void *made = c->set->prepared[shape].made;
     solid_part part = {.type = type,
-                       .desc = prepared_or(c->set->prepared, shape, o->desc),
+                       .desc = made ? made : o->desc,
                        .identity = transform_is_identity(&at->to_solid),
                        .subtracted = at->subtracted,
                        .first = at->first,

@@ -16,17 +16,6 @@ bool bounds_are_finite(bounds3 b); /* false also when empty */
 /* Shapes that a shape consists of: 1, or those of a solid. */
 uint32_t shape_part_count(const description *d, uint32_t shape);
 
-/* What a shape's type made of its description (primitive_type.prepare). */
-typedef struct prepared_shape {
-    const primitive_type *type;
-    void *made; /* NULL: nothing, the description serves */
-} prepared_shape;
-
-static inline const void *prepared_or(const prepared_shape *shapes, uint32_t shape,
-                                      const void *desc) {
-    return shapes[shape].made ? shapes[shape].made : desc;
-}
-
 /* The solids of a scene, by the number of their shape, and the meshes that they are made of. */
 typedef struct solid_set {
     solid_shape **solids; /* [shape_count]; NULL: not one that is used */
@@ -34,7 +23,7 @@ typedef struct solid_set {
     solid_mesh **meshes;
     size_t mesh_count, mesh_capacity;
     const struct material *materials; /* of the scene; borrowed */
-    const prepared_shape *prepared;   /* [shape_count]; borrowed too */
+    const prepared_shape *prepared;   /* of the description's shapes; borrowed */
     bool textured;                    /* one of them looks at texture coordinates */
     atomic_bool spent;                /* a line met more than a solid can hold */
 } solid_set;
