@@ -12,6 +12,7 @@
 
 #include "base/error.h"
 #include "base/memory.h"
+#include "geometry/bernstein.h"
 #include "geometry/level_set.h"
 
 #define BLOB_FIELDS(F, T)                                                                          \
@@ -255,29 +256,9 @@ static void add_component(const component *c, double nearest2, double low, doubl
     for (int i = 0; i <= DEGREE; i++) to->b[i] -= c->strength * cube[i];
 }
 
-/* Both parts at `part` of the way (de Casteljau). */
-static void split(const polynomial *from, double part, polynomial *left, polynomial *right) {
-    polynomial work = *from;
-    for (int level = 0; level <= DEGREE; level++) {
-        left->b[level] = work.b[0];
-        right->b[DEGREE - level] = work.b[DEGREE - level];
-        for (int i = 0; i < DEGREE - level; i++)
-            work.b[i] = (1 - part) * work.b[i] + part * work.b[i + 1];
-    }
-}
-
-/* The value at u in [0, 1] and its derivative. */
-static double evaluate(const polynomial *p, double u, double *slope) {
-    polynomial work = *p;
-    for (int level = DEGREE; level > 1; level--)
-        for (int i = 0; i < level; i++) work.b[i] = (1 - u) * work.b[i] + u * work.b[i + 1];
-    *slope = DEGREE * (work.b[1] - work.b[0]);
-    return (1 - u) * work.b[0] + u * work.b[1];
-}
-
 static double polynomial_value(const void *shape, const level_line *line, double s, double *slope) {
     (void)line;
-    return evaluate(shape, s, slope);
+    return bernstein_value(((const polynomial *)shape)->b, DEGREE, s, slope);
 }
 
 static int sign_changes(const polynomial *p) {
@@ -383,8 +364,9 @@ static bool walk_polynomial(walker *w, const polynomial *p, double low, double h
         polynomial *here = &parts[count - 1];
         double end = ends[count - 1], middle = (start + end) / 2;
         if (sign_changes(here) > 1 && count < DEPTH_MAX && middle > start && middle < end) {
-            polynomial whole = *here;
-            split(&whole, 0.5, &parts[count], here);
+            parts[count] = *here;
+            bernstein_restrict(parts[count].b, DEGREE, 0, 0.5);
+            bernstein_restrict(here->b, DEGREE, 0.5, 1);
             ends[count++] = middle;
             continue;
         }
@@ -410,10 +392,10 @@ static int compare_doubles(const void *a, const void *b) {
 
 /* The part of `whole` between two places of the stretch. */
 static polynomial restrict_to(const stretch *s, double low, double high) {
-    polynomial piece = s->whole, unused;
+    polynomial piece = s->whole;
     double width = s->high - s->low;
-    if (high < s->high) split(&piece, (high - s->low) / width, &piece, &unused);
-    if (low > s->low) split(&piece, (low - s->low) / (high - s->low), &unused, &piece);
+    if (low > s->low || high < s->high)
+        bernstein_restrict(piece.b, DEGREE, (low - s->low) / width, (high - s->low) / width);
     return piece;
 }
 

@@ -566,11 +566,12 @@ static double scale_by_ten(double x, int power) {
 }
 
 static int read_exponent(const char **at) {
+    if (**at != 'e' && **at != 'E') return 0;
     const char *digit = *at + 1;
     bool negative = *digit == '-';
     int power = 0;
     if (*digit == '-' || *digit == '+') digit++;
-    if ((**at != 'e' && **at != 'E') || !is_digit(*digit)) return 0;
+    if (!is_digit(*digit)) return 0;
     for (; is_digit(*digit); digit++)
         if (power < 1000) power = 10 * power + (*digit - '0');
     *at = digit;
