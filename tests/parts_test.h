@@ -89,7 +89,7 @@ static inline void setting_make(setting *s, double size, double offset, int vari
     s->of->make(&s->desc, shared_rng(), s->at, size, variant);
     if (desc_check(&s->type->info, &s->desc, NULL) || s->type->check(&s->desc))
         fail_msg("%s", error_last()->text);
-    accel_geometry geometry = {s->type, &s->desc};
+    accel_geometry geometry = {.type = s->type, .desc = &s->desc};
     accel_instance instance = {.mask = ~0u,
                                .identity = true,
                                .to_world = transform_identity(),

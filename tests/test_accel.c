@@ -152,12 +152,12 @@ static void make_parts(test_scene *s, rng *r) {
         heights[i] = rng_float(r, -0.5, 0.5);
     }
     for (size_t i = 0; i < COUNT_OF(names); i++) {
-        uint32_t g =
-            scene_add_shape(s, names[i], NULL, (vec3){0, 0, 0}, i == 0 ? "radius" : NULL, 0.2f);
-        void *desc = (void *)(uintptr_t)s->geometries[g].desc;
-        const primitive_type *type = s->geometries[g].type;
+        const primitive_type *type = primitive_find(names[i]);
+        void *desc = scene_own(s, calloc(1, type->info.desc_size));
         snell_param columns = {.name = "columns", .kind = SNELL_PARAM_INT, .value.i = 4};
         snell_param rows = {.name = "rows", .kind = SNELL_PARAM_INT, .value.i = POINTS / 4};
+        snell_param radius = {.name = "radius", .kind = SNELL_PARAM_FLOAT, .value.f = 0.2};
+        desc_init(&type->info, desc);
         if (i == 1) {
             set_array(type, desc, "heights", heights, POINTS);
             assert_int_equal(desc_set(&type->info, desc, &columns), SNELL_OK);
@@ -165,7 +165,10 @@ static void make_parts(test_scene *s, rng *r) {
         } else {
             set_array(type, desc, "points", points, POINTS);
         }
+        if (i == 0) assert_int_equal(desc_set(&type->info, desc, &radius), SNELL_OK);
+        assert_int_equal(desc_check(&type->info, desc, NULL), SNELL_OK);
         assert_int_equal(type->check(desc), SNELL_OK);
+        uint32_t g = scene_add_geometry(s, type, desc);
         scene_add_instance(s, g, NULL);
         transform m = random_transform(r, i % 2);
         scene_add_instance(s, g, &m);

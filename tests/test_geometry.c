@@ -307,7 +307,7 @@ static void every_shape_agrees_with_a_slow_solver(void **state) {
     for (uint32_t i = 0; i < primitive_type_count; i++) {
         setting s = {.type = primitive_types[i]};
         if (s.type->intersect == NULL) continue; /* test_solids.c */
-        if (s.type->primitive_count) continue; /* test_shapes_parts.c, test_accel.c */
+        if (s.type->primitive_count) continue;   /* test_curves.c and its like, test_accel.c */
         s.subject = subject_of(s.type);
         random_state = 12345 + i;
         surface last = {0};
@@ -459,7 +459,7 @@ static void bend_says_how_normals_turn(void **state) {
         bool round = strcmp(s.type->info.name, "sphere") == 0;
         if (s.type->intersect == NULL || !(s.type->bend || s.type->flat || round)) continue;
         if (s.type->intersect == NULL) continue; /* test_solids.c */
-        if (s.type->primitive_count) continue; /* test_shapes_parts.c, test_accel.c */
+        if (s.type->primitive_count) continue;   /* test_curves.c and its like, test_accel.c */
         s.subject = subject_of(s.type);
         random_state = 4321 + i;
         long tested = 0, wrong = 0;
@@ -538,7 +538,7 @@ static void odd_rays_give_no_nan_and_no_hit(void **state) {
     for (uint32_t i = 0; i < primitive_type_count; i++) {
         setting s = {.type = primitive_types[i]};
         if (s.type->intersect == NULL) continue; /* test_solids.c */
-        if (s.type->primitive_count) continue; /* test_shapes_parts.c, test_accel.c */
+        if (s.type->primitive_count) continue;   /* test_curves.c and its like, test_accel.c */
         s.subject = subject_of(s.type);
         setting_make(&s, 1, 1);
         for (int n = 0; n < 20000; n++) {

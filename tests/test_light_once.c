@@ -230,6 +230,14 @@ static void fill_shapes(void) {
     }
     with(add_sort(&shapes, "torus", ""), number_of("minor", 0.4));
     add_sort(&shapes, "lathe", "");
+    static const float heights[] = {0, 0.3f, 0.1f, 0.2f, -0.2f, 0.3f};
+    s = add_sort(&shapes, "heightfield", "");
+    with(s, vector_of("min", -1, 0, -1));
+    with(s, vector_of("max", 1, 1, 1));
+    with(s,
+         (snell_param){.name = "heights", .kind = SNELL_PARAM_ARRAY, .value.array = {heights, 6}});
+    with(s, (snell_param){.name = "columns", .kind = SNELL_PARAM_INT, .value.i = 3});
+    with(s, (snell_param){.name = "rows", .kind = SNELL_PARAM_INT, .value.i = 2});
 }
 
 /* ---- building ---- */

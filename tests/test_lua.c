@@ -840,6 +840,40 @@ static void images_are_read(void **state) {
     assert_string_equal(error_last()->file, "scene.lua");
 }
 
+static const float *heights_of(const description *d, size_t index) {
+    const object *o = &d->objects[CATEGORY_SHAPE].items[index];
+    const field *f = type_find_field(o->type, "heights");
+    const float *const *at = (const void *)((const char *)o->desc + f->offset);
+    return *at;
+}
+
+static void heights_are_a_list_a_function_or_a_picture(void **state) {
+    (void)state;
+    /* PFM: rows bottom first; its first row of posts is the picture's top. */
+    const float values[] = {0.25f, 0.5f, 3, 1000};
+    const size_t head = strlen("Pf\n2 2\n-1.0\n");
+    unsigned char file[64];
+    memcpy(file, "Pf\n2 2\n-1.0\n", head);
+    memcpy(file + head, values, sizeof values);
+    write_file("hills.pfm", file, head + sizeof values);
+    description *d = run_good(
+        "local t = { heights = function(x, z) return x + 10 * z end, columns = 3, rows = 2,\n"
+        "  min = {-1, 0, 5}, max = {1, 1, 6} }\n"
+        "heightfield(t)\n"
+        "assert(type(t.heights) == 'function')\n"
+        "heightfield { heights = {1, 2, 3, 4}, columns = 2, rows = 2 }\n"
+        "heightfield { file = 'hills.pfm' }\n"
+        "curves { points = {{0,0,0}, {0,1,0}, {1,0,0}, {1,1,0}}, starts = {0, 2}, radius = 0.1,\n"
+        "  basis = 'linear', kind = 'ribbon' }");
+    const float computed[] = {49, 50, 51, 59, 60, 61}, listed[] = {1, 2, 3, 4},
+                read[] = {3, 1000, 0.25f, 0.5f};
+    assert_memory_equal(heights_of(d, 0), computed, sizeof computed);
+    assert_memory_equal(heights_of(d, 1), listed, sizeof listed);
+    assert_memory_equal(heights_of(d, 2), read, sizeof read);
+    assert_int_equal(d->objects[CATEGORY_SHAPE].count, 4);
+    description_destroy(d);
+}
+
 static void programs_can_be_forbidden(void **state) {
     (void)state;
     description *d;
@@ -901,6 +935,7 @@ int main(void) {
         cmocka_unit_test(included_scenes_add_everything),
         cmocka_unit_test(errors_in_other_files_name_them),
         cmocka_unit_test(images_are_read),
+        cmocka_unit_test(heights_are_a_list_a_function_or_a_picture),
         cmocka_unit_test(programs_can_be_forbidden),
         cmocka_unit_test(too_little_memory_is_an_error),
     };

@@ -143,7 +143,7 @@ static void example(const primitive_type *type, bool second, double scale, any_d
     if (type->check) assert_int_equal(type->check(desc), SNELL_OK);
 }
 
-/* Shapes of many parts: test_shapes_parts.c. */
+/* Shapes of many parts: test_curves.c, test_heightfield.c, test_patch.c. */
 static bool has_examples(const primitive_type *type) {
     return type->area && !type->primitive_count;
 }
