@@ -181,33 +181,6 @@ static void build_solids(rig *r, snell_shape_id gem, snell_material_id painted) 
     put(r, half, add_glass(r, 1.5, v3(0.3, 0.1, 0.1), 0), turned(3, 1, -1, 1, v3(-0.4, 1.7, 1)));
 }
 
-static bool in_motion; /* what can move does */
-
-/* Groups in groups: mirrored, sheared, some in one material, with things that move once all does. Few are
- * of glass: whitted's tree of rays would not end. */
-static void put_groups(rig *r, snell_shape_id gem, snell_material_id painted,
-                       snell_material_id glass) {
-    snell_instance_id parts[3];
-    snell_shape_id group;
-    parts[0] = place(r, gem, painted);
-    parts[1] = add_sphere(r, v3(1.5, 0, 0), 0.6, (snell_material_id){0, 0});
-    parts[2] = add_box(r, v3(-0.4, -2, -0.4), v3(0.4, -1.1, 0.4), painted);
-    MUST(snell_scene_add_group(r->scene, parts, 3, "gems", &group));
-    for (int level = 0; level < 3; level++) {
-        for (int i = 0; i < 2; i++) {
-            snell_transform at = turned(i + level, i % 2 ? -0.5 : 0.45, 0.5, 0.4,
-                                        v3(1.5 - i, 0.3 * level, 0.5 * i - 0.7));
-            at.m[0][1] = 0.1f * (float)(i - level);
-            MUST(snell_scene_add_instance(
-                r->scene, group, level == 0 && i == 1 ? painted : (snell_material_id){0, 0}, &at,
-                &parts[i]));
-        }
-        parts[2] = add_sphere(r, v3(0.6 * level, 0.5, 0), 0.2, level == 2 ? glass : painted);
-        MUST(snell_scene_add_group(r->scene, parts, 3, NULL, &group));
-    }
-    put(r, group, (snell_material_id){0, 0}, turned(1, 1.5, 1.4, -1.6, v3(-1.5, 1.6, 0.5)));
-}
-
 static void build_shapes(rig *r, snell_material_id shiny, snell_material_id painted) {
     snell_disk_desc disk = SNELL_INIT(disk_desc);
     snell_quad_desc quad = SNELL_INIT(quad_desc);
@@ -239,7 +212,6 @@ static void build_shapes(rig *r, snell_material_id shiny, snell_material_id pain
         put(r, gem, i % 3 ? shiny : glass,
             turned(i + 1, 0.3, i % 2 ? 0.4 : -0.4, 0.3, v3(i - 2.5, 2, -1)));
     }
-    if (!in_motion) put_groups(r, gem, painted, glass); /* tests/test_groups.c moves them */
 }
 
 static void build_everything(rig *r) {
@@ -379,7 +351,7 @@ static void build_lights(rig *r) {
 }
 
 static bool add_all_lights; /* to the scene above */
-
+static bool in_motion;
 static bool load_file; /* which scene is built: this file, or the one above */
 static const char *scene_path;
 

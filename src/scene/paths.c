@@ -113,6 +113,7 @@ const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
     if (s->group_count) {
         shape_path path;
         scene_find_path(s, number, time, &path);
+        if (path.count == 1 && !path.levels[0]->moves) return path.levels[0];
         compose(&path, room);
         return room;
     }
