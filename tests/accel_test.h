@@ -19,6 +19,13 @@
 
 #define COUNT_OF(array) (sizeof(array) / sizeof *(array))
 
+/* Where the address sanitizer looks on, a few rays show as much. */
+#if defined(__SANITIZE_ADDRESS__)
+#define SANITIZED 1
+#else
+#define SANITIZED 0
+#endif
+
 /* More of everything where SNELL_FULL is set. */
 static inline bool test_full(void) {
     const char *full = getenv("SNELL_FULL");

@@ -347,7 +347,7 @@ static void make_ribbons(void *desc, rng *r, dvec3 at, double size, int variant)
 }
 static const subject ribbons = {"curves", BASES, make_ribbons, solve, NULL};
 
-static long rays_of(void) { return test_full() ? 1000000 : 20000; }
+static long rays_of(void) { return test_full() ? 1000000 : SANITIZED ? 4000 : 20000; }
 
 static const double sizes[] = {1e-3, 1, 1e3, 1e6}, offsets[] = {0, 1, 128, 16384};
 

@@ -299,7 +299,13 @@ static local_ray random_ray(const setting *s, int kind, const surface *last) {
     }
 }
 
-static int ray_count(void) { return getenv("SNELL_FULL") ? 1000000 : 20000; }
+static int ray_count(void) {
+#if defined(__SANITIZE_ADDRESS__)
+    return 6000;
+#else
+    return getenv("SNELL_FULL") ? 1000000 : 20000;
+#endif
+}
 
 static void every_shape_agrees_with_a_slow_solver(void **state) {
     (void)state;

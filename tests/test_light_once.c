@@ -230,6 +230,17 @@ static void fill_shapes(void) {
     }
     with(add_sort(&shapes, "torus", ""), number_of("minor", 0.4));
     add_sort(&shapes, "lathe", "");
+    s = add_sort(&shapes, "capsule", "");
+    with(s, vector_of("from", -0.6, 0, 0));
+    with(s, vector_of("to", 0.6, 0.1, 0));
+    with(s, number_of("radius", 0.4));
+    with(add_sort(&shapes, "ellipsoid", ""), vector_of("radii", 1, 0.5, 0.8));
+    with(add_sort(&shapes, "superellipsoid", ""), vector_of("radii", 1, 0.5, 0.8));
+    s = add_sort(&shapes, "quadric", "cut");
+    with(s, vector_of("square", 1, 2, 1));
+    with(s, number_of("constant", -0.8));
+    with(s, vector_of("min", -1, -0.5, -1));
+    with(s, vector_of("max", 1, 1, 1));
     static const float heights[] = {0, 0.3f, 0.1f, 0.2f, -0.2f, 0.3f};
     s = add_sort(&shapes, "heightfield", "");
     with(s, vector_of("min", -1, 0, -1));

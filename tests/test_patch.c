@@ -164,7 +164,7 @@ static const subject pair = {"patch", 3, make, solve, NULL};
 static void patches_agree_with_a_slow_solver(void **state) {
     (void)state;
     const double sizes[] = {1e-3, 1, 1e3, 1e6}, offsets[] = {0, 1, 128, 16384};
-    long rays = test_full() ? 200000 : 5000, left = 0, shared = 0;
+    long rays = test_full() ? 200000 : SANITIZED ? 1000 : 5000, left = 0, shared = 0;
     setting s = {.of = &pair, .type = primitive_find("patch")};
     shared_rng()->state = 3;
     surface last = {.n = {0, 1, 0}};
@@ -211,7 +211,7 @@ static void a_seam_has_no_gap(void **state) {
     (void)state;
     setting s = {.of = &pair, .type = primitive_find("patch")};
     shared_rng()->state = 8;
-    long rays = test_full() ? 1000000 : 20000, lost = 0, asked = 0;
+    long rays = test_full() ? 1000000 : SANITIZED ? 4000 : 20000, lost = 0, asked = 0;
     for (long n = 0; n < rays; n++) {
         if (n % 200 == 0) setting_make(&s, 1, n / 200 % 2 ? 1000 : 0, (int)(n / 400 % 2));
         const patch_view *v = (const void *)&s.desc;
