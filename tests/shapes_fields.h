@@ -162,8 +162,8 @@ static const char *const formula_texts[] = {
     "X^2 + Y^2 + Z^2 - a + 0.02 * sin(9*X) * sin(9*Y) * cos(9*Z)",
     "length(length(X, Z) - a, Y) - b",
     "smooth_min(max(abs(X), abs(Y), abs(Z)) - a, length(X - 0.2, Y, Z) - b, 0.1)",
-    "max(abs(sin(8*X)*cos(8*Y) + sin(8*Y)*cos(8*Z) + sin(8*Z)*cos(8*X)) - 0.5, X*X + Y*Y + Z*Z - "
-    "a)",
+    ("max(abs(sin(8*X)*cos(8*Y) + sin(8*Y)*cos(8*Z) + sin(8*Z)*cos(8*X)) - 0.5, X*X + Y*Y + Z*Z - "
+     "a)"),
     "exp(-4*(X^2 + Y^2))*a - 1.5*Z^2 - 0.1",
     "Y - a*atan(5*X)/(1 + Z^2) + 0.1*sqrt(X^2 + 0.01)"};
 enum { FORMULAS = sizeof formula_texts / sizeof formula_texts[0] };

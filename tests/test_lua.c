@@ -161,8 +161,8 @@ static void everything_ends_soon(void **state) {
         "local t = {} for i = 1, 1000000 do t[i] = i end while true do table.sort(t) end",
         "local t = {} for i = 1, 100000 do t[i] = i end while true do next(t, 5) end",
         "local t = {} for i = 1, 100000 do t[i] = i end while true do table.insert(t, 1, 1) end",
-        "local g = sphere {} local t = {} "
-        "for i = 1, 8 do for k = 1, 20 do t[k] = g end g = group(t) end"};
+        ("local g = sphere {} local t = {} "
+         "for i = 1, 8 do for k = 1, 20 do t[k] = g end g = group(t) end")};
     for (size_t i = 0; i < sizeof endless / sizeof endless[0]; i++) {
         double begin = seconds_now();
         assert_null(run(endless[i]));
