@@ -120,7 +120,7 @@ static void large_formulas_are_refused(void **state) {
     refuse_long('-', 4096, "f: column 65: nested too deep");
     char text[4097] = "x";
     for (int i = 0; i < 700; i++) {
-        char part[8];
+        char part[16];
         snprintf(part, sizeof part, "+%d", i + 2);
         strcat(text, part);
     }
