@@ -301,9 +301,9 @@ static local_ray random_ray(const setting *s, int kind, const surface *last) {
 
 static int ray_count(void) {
 #if defined(__SANITIZE_ADDRESS__)
-    return 6000;
+    return 5000;
 #else
-    return getenv("SNELL_FULL") ? 1000000 : 20000;
+    return getenv("SNELL_FULL") ? 1000000 : 10000;
 #endif
 }
 
