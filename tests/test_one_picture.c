@@ -279,6 +279,38 @@ static void set_in_motion(rig *r) {
     MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
 }
 
+/* Groups in groups: mirrored, sheared, some in one material, with glass. A scene of its own: groups
+ * are slow to shade. */
+static void build_groups(rig *r) {
+    snell_shape_id gem = add_gem(r);
+    snell_material_id painted = add_lambert(r, v3(0.7, 0.4, 0.2));
+    snell_material_id glass = add_glass(r, 1.5, v3(0.5, 0.1, 0.3), 1);
+    snell_instance_id parts[3];
+    snell_shape_id group;
+    parts[0] = place(r, gem, painted);
+    parts[1] = add_sphere(r, v3(1.5, 0, 0), 0.6, (snell_material_id){0, 0});
+    parts[2] = add_box(r, v3(-0.4, -2, -0.4), v3(0.4, -1.1, 0.4), add_glow(r, v3(0.3, 0.2, 0.1)));
+    MUST(snell_scene_add_group(r->scene, parts, 3, "gems", &group));
+    for (int level = 0; level < 3; level++) {
+        for (int i = 0; i < 2; i++) {
+            snell_transform at = turned(i + level, i % 2 ? -0.5 : 0.45, 0.5, 0.4,
+                                        v3(1.5 - i, 0.3 * level, 0.5 * i - 0.7));
+            at.m[0][1] = 0.1f * (float)(i - level);
+            MUST(snell_scene_add_instance(
+                r->scene, group, level == 0 && i == 1 ? painted : (snell_material_id){0, 0}, &at,
+                &parts[i]));
+        }
+        parts[2] = add_sphere(r, v3(0.6 * level, 0.5, 0), 0.2, level == 2 ? glass : painted);
+        MUST(snell_scene_add_group(r->scene, parts, 3, NULL, &group));
+    }
+    put(r, group, (snell_material_id){0, 0}, turned(1, 1.5, 1.4, -1.6, v3(0, 1, 0.5)));
+    put(r, group, add_mirror(r, v3(0.8, 0.8, 0.9)), turned(2, 1, 1, 1, v3(0.5, 0.5, -1.5)));
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    camera.from = v3(0.5, 2, 6);
+    camera.at = v3(0, 0.8, 0);
+    MUST(snell_scene_add_perspective_camera(r->scene, &camera, NULL));
+}
+
 /* ---- a scene that shines everywhere, for the integrators that draw lights ---- */
 
 /* Thousands of triangles of one mesh, every one a light, some by a texture, some half there. */
@@ -352,12 +384,15 @@ static void build_lights(rig *r) {
 
 static bool add_all_lights; /* to the scene above */
 static bool in_motion;
+static bool of_groups;
 static bool load_file; /* which scene is built: this file, or the one above */
 static const char *scene_path;
 
 static void build(rig *r) {
     if (load_file)
         MUST(snell_scene_load(r->scene, scene_path, NULL));
+    else if (of_groups)
+        build_groups(r);
     else
         build_everything(r);
     if (in_motion) set_in_motion(r);
@@ -518,6 +553,23 @@ static void everything_in_motion_is_one_picture(void **state) {
     in_motion = false;
 }
 
+static void groups_are_one_picture(void **state) {
+    (void)state;
+    load_file = false;
+    of_groups = true;
+    uint64_t still = 0;
+    for (int moving = 0; moving < 2; moving++) {
+        in_motion = moving;
+        uint64_t expected =
+            check_threads_and_waves(moving ? "groups in motion" : "groups", SNELL_WHITTED);
+        check_isas(SNELL_WHITTED, expected);
+        check_trees(SNELL_WHITTED, expected);
+        assert_true(expected != still);
+        still = expected;
+    }
+    of_groups = in_motion = false;
+}
+
 static void all_light_is_one_picture(void **state) {
     (void)state;
     load_file = false;
@@ -560,6 +612,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(everything_is_one_picture),
         cmocka_unit_test(everything_in_motion_is_one_picture),
+        cmocka_unit_test(groups_are_one_picture),
         cmocka_unit_test(all_light_is_one_picture),
         cmocka_unit_test(every_showcase_is_one_picture),
     };
