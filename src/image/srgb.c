@@ -31,3 +31,7 @@ const float *unorm_table(void) {
     pthread_once(&once, fill);
     return plain;
 }
+
+float srgb_to_linear(double shown) {
+    return shown > 0 ? (float)srgb_decode(shown < 1 ? shown : 1) : 0;
+}

@@ -39,10 +39,6 @@ static snell_vec3 *copy_vectors(const struct aiVector3D *in, size_t count) {
     return out;
 }
 
-static float to_linear(double value) {
-    return value > 0 ? (float)srgb_decode(value < 1 ? value : 1) : 0; /* NaN becomes 0 */
-}
-
 static float positive(double value) { return value > 0 && value < 1e6 ? (float)value : 0; }
 
 /* Colours of vertices in PLY, OBJ and STL are what one sees, as bytes of images are: sRGB. Other
@@ -53,8 +49,9 @@ static snell_vec3 *copy_colors(const reader *r, const struct aiColor4D *in, size
     snell_vec3 *out = memory_resize(NULL, count + 1, sizeof *out);
     for (size_t i = 0; out && i < count; i++) {
         double c[] = {(double)in[i].r, (double)in[i].g, (double)in[i].b};
-        out[i] = encoded ? (snell_vec3){to_linear(c[0]), to_linear(c[1]), to_linear(c[2])}
-                         : (snell_vec3){positive(c[0]), positive(c[1]), positive(c[2])};
+        out[i] =
+            encoded ? (snell_vec3){srgb_to_linear(c[0]), srgb_to_linear(c[1]), srgb_to_linear(c[2])}
+                    : (snell_vec3){positive(c[0]), positive(c[1]), positive(c[2])};
     }
     return out;
 }

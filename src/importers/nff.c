@@ -114,11 +114,6 @@ static int read_optional(nff *n, float *out, int count) {
     return used;
 }
 
-/* From what the screen shows to linear. */
-static float linear(float shown) {
-    return (float)srgb_decode(shown > 0 ? shown < 1 ? (double)shown : 1 : 0);
-}
-
 /* ---- adding ---- */
 
 static object_source source_at(const nff *n, uint32_t line) {
@@ -172,7 +167,10 @@ static snell_status read_background(nff *n) {
     if (description_setting(n->d, "background"))
         return error_set_at(SNELL_ERR_SYNTAX, here(n), NULL, "a second background ('b')");
     const snell_param params[] = {
-        {"color", SNELL_PARAM_VEC3, {.v = {linear(c[0]), linear(c[1]), linear(c[2])}}}};
+        {"color",
+         SNELL_PARAM_VEC3,
+         {.v = {srgb_to_linear((double)c[0]), srgb_to_linear((double)c[1]),
+                srgb_to_linear((double)c[2])}}}};
     uint32_t made;
     return blame(n, n->line,
                  description_add(n->d, CATEGORY_SETTING, "background", params, 1,
@@ -286,13 +284,14 @@ static snell_status read_fill(nff *n) {
             return error_set_at(SNELL_ERR_SYNTAX, (source_place){n->path, line, 0}, NULL,
                                 "'f' has a number below 0");
     if (f[T] > 0) {
-        float ior = f[IOR] >= 1 ? f[IOR] : 1, t = linear(f[T]);
+        float ior = f[IOR] >= 1 ? f[IOR] : 1, t = srgb_to_linear((double)f[T]);
         const snell_param glass[] = {{"ior", SNELL_PARAM_FLOAT, {.f = (double)ior}},
                                      {"color", SNELL_PARAM_VEC3, {.v = {t, t, t}}}};
         return add_material(n, "dielectric", glass, 2, line);
     }
-    vec3 color = {linear(f[0] * f[KD]), linear(f[1] * f[KD]), linear(f[2] * f[KD])};
-    double ks = (double)linear(f[KS]);
+    vec3 color = {srgb_to_linear((double)(f[0] * f[KD])), srgb_to_linear((double)(f[1] * f[KD])),
+                  srgb_to_linear((double)(f[2] * f[KD]))};
+    double ks = (double)srgb_to_linear((double)f[KS]);
     const snell_param matte[] = {{"color", SNELL_PARAM_VEC3, {.v = color}},
                                  {"specular", SNELL_PARAM_FLOAT, {.f = ks / PI}},
                                  {"exponent", SNELL_PARAM_FLOAT, {.f = (double)f[SHINE]}}};
