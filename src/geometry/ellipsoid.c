@@ -44,13 +44,7 @@ static bool solve(const ellipsoid_desc *ellipsoid, const local_ray *beam, double
 static bool intersect(const void *desc, const local_ray *beam, hit *found) {
     double t[2];
     dvec3 at[2];
-    if (!solve(desc, beam, t, at)) return false;
-    for (int i = 0; i < 2; i++) {
-        if (!surface_accept(beam, t[i], &found->t)) continue;
-        surface_fold(at[i], &found->u, &found->v);
-        return true;
-    }
-    return false;
+    return solve(desc, beam, t, at) && surface_accept_either(beam, t, at, found);
 }
 
 /* The largest curvature at the point `at` of the unit sphere. The gradient of |p / r|^2 / 2 is g =

@@ -102,3 +102,13 @@ snell_status surface_check_box(const char *type, vec3 min, vec3 max) {
                              (double)low[i], "xyz"[i], (double)high[i]);
     return SNELL_OK;
 }
+
+bool surface_accept_either(const local_ray *beam, const double t[2], const dvec3 at[2],
+                           hit *found) {
+    for (int i = 0; i < 2; i++) {
+        if (!surface_accept(beam, t[i], &found->t)) continue;
+        surface_fold(at[i], &found->u, &found->v);
+        return true;
+    }
+    return false;
+}

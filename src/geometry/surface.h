@@ -77,6 +77,8 @@ void surface_globe(surface *s, dvec3 n, double radius);
  * Independent Unit Vectors, JCGT 3(2), 2014). */
 void surface_fold(dvec3 n, float *u, float *v);
 dvec3 surface_unfold(float u, float v);
+/* The first of two roots that is in the ray's range, with its folded unit vector. */
+bool surface_accept_either(const local_ray *beam, const double t[2], const dvec3 at[2], hit *found);
 
 /* The error of a box whose `min` is not below its `max`. */
 snell_status surface_check_box(const char *type, vec3 min, vec3 max);
