@@ -185,6 +185,7 @@ static snell_status copy_instances(const accel *a, const accel_instance *instanc
                               .first = (uint32_t)first,
                               .identity = from->identity,
                               .flat = !is_group && g->type->flat,
+                              .plain = from->identity && !is_group && !has_tree(g->type),
                               .bounds = g->bounds,
                               .moves = from->moves,
                               .to_local = from->to_local};

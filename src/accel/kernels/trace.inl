@@ -344,15 +344,20 @@ INLINE bool trace_analytic(query *q, const prepared *p, const frozen_instance *i
 }
 
 /* Out of line: the mesh traversal exists once for each kind of question. */
-static bool visit_closest(query *q, const prepared *outer, const frozen_level *level,
-                          uint32_t index, float floor_t, bool bounded);
-static bool visit_any(query *q, const prepared *outer, const frozen_level *level, uint32_t index,
-                      float floor_t, bool bounded);
+static bool trace_closest(query *q, const prepared *outer, const frozen_instance *in, float floor_t,
+                          bool bounded);
+static bool trace_any(query *q, const prepared *outer, const frozen_instance *in, float floor_t,
+                      bool bounded);
 
+/* outer: the ray in the space of the level. floor_t: the largest entry of the boxes of this instance
+ * and of the groups around it (t_min without one). */
 INLINE bool visit_instance(query *q, const prepared *outer, const frozen_level *level,
                            uint32_t index, float floor_t, bool bounded, const bool any) {
-    return any ? visit_any(q, outer, level, index, floor_t, bounded)
-               : visit_closest(q, outer, level, index, floor_t, bounded);
+    const frozen_instance *in = &level->instances[index];
+    if (!(in->mask & q->ray->mask)) return false;
+    if (in->plain) return trace_analytic(q, outer, in, q->base + in->first, 0, floor_t, any);
+    return any ? trace_any(q, outer, in, floor_t, bounded)
+               : trace_closest(q, outer, in, floor_t, bounded);
 }
 
 /* Through a tree with one thing in each leaf: an instance of the level; or, where `in` is not NULL, a
@@ -424,12 +429,8 @@ static bool trace_group(query *q, const prepared *p, const frozen_instance *in, 
     return found;
 }
 
-/* outer: the ray in the space of the level. floor_t: the largest entry of the boxes of this instance
- * and of the groups around it (t_min without one). */
-INLINE bool trace_instance(query *q, const prepared *outer, const frozen_level *level,
-                           uint32_t index, float floor_t, bool bounded, const bool any) {
-    const frozen_instance *in = &level->instances[index];
-    if (!(in->mask & q->ray->mask)) return false;
+INLINE bool trace_instance(query *q, const prepared *outer, const frozen_instance *in,
+                           float floor_t, bool bounded, const bool any) {
     prepared local;
     const prepared *p = outer;
     dvec3 o = q->o, d = q->d;
@@ -457,16 +458,15 @@ INLINE bool trace_instance(query *q, const prepared *outer, const frozen_level *
     return trace_analytic(q, p, in, number, 0, floor_t, any);
 }
 
-static __attribute__((noinline)) bool visit_closest(query *q, const prepared *outer,
-                                                    const frozen_level *level, uint32_t index,
-                                                    float floor_t, bool bounded) {
-    return trace_instance(q, outer, level, index, floor_t, bounded, false);
+static __attribute__((noinline)) bool trace_closest(query *q, const prepared *outer,
+                                                    const frozen_instance *in, float floor_t,
+                                                    bool bounded) {
+    return trace_instance(q, outer, in, floor_t, bounded, false);
 }
 
-static __attribute__((noinline)) bool visit_any(query *q, const prepared *outer,
-                                                const frozen_level *level, uint32_t index,
-                                                float floor_t, bool bounded) {
-    return trace_instance(q, outer, level, index, floor_t, bounded, true);
+static __attribute__((noinline)) bool
+trace_any(query *q, const prepared *outer, const frozen_instance *in, float floor_t, bool bounded) {
+    return trace_instance(q, outer, in, floor_t, bounded, true);
 }
 
 /* False: the ray hits nothing by definition; or, if `any` was asked, none was found. */
