@@ -109,8 +109,45 @@ void emit_through_pane(wave *w, const path_ray *r, const shade_point *p, dvec3 w
 
 /* ---- direct light ---- */
 
-dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
-                      const light_sample *sample) {
+/* What shadow rays pass as if it were not there does not absorb them either. */
+static void set_shadow_media(const media *m, const scene *s, bool met, media *out) {
+    out->count = 0;
+    for (uint32_t i = 0; i < m->count; i++) {
+        const material *of = &s->materials[scene_part(s, m->instances[i])->medium_material];
+        if (met || ((const material_common *)of->desc)->shadow != SHADOW_NONE)
+            media_enter(out, m->instances[i]);
+    }
+}
+
+/* `radiance` leaves p towards the eye unless p is in shadow. */
+static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
+                        dvec3 radiance) {
+    vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), radiance));
+    if (!(vec3_largest(carried) > 0)) return;
+    if (w->shadow_count == w->settings.wave_size) wave_test_shadows(w);
+    const media *m = dvec3_dot(p->n, from->to_light) > 0 ? &r->media : &w->beyond;
+    bool met = w->settings.integrator->one_branch && from->pdf > 0;
+    /* From the surface to the light: t = 1 is the light itself. */
+    shadow_ray *s = &w->shadows[w->shadow_count++];
+    scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1, &s->ray);
+    s->light = carried;
+    s->pixel = r->pixel;
+    s->met = met;
+    set_shadow_media(m, w->settings.scene, met, &s->media);
+    if (!from->infinite) {
+        dvec3 end = dvec3_add(p->p, from->to_end);
+        s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
+    }
+    s->length = dvec3_length(dvec3_from(s->ray.d));
+    s->ray.mask = MASK_OPAQUE | MASK_LIGHT;
+    s->ray.time = r->ray.time;
+    w->stats.shadow_rays++;
+}
+
+/* f |cos| of these lobes times the sample's light, for its density; 0 where the geometric and the
+ * shading side disagree about where it comes from. */
+static dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
+                             const light_sample *sample) {
     dvec3 wi = dvec3_normalize(sample->to_light);
     double cosine = dvec3_dot(p->ns, wi);
     if (!(cosine * dvec3_dot(p->n, wi) > 0)) return (dvec3){0, 0, 0};
@@ -118,13 +155,11 @@ dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
     return dvec3_scale(dvec3_mul(f, sample->light), fabs(cosine));
 }
 
-/* One sample of a light. */
-static void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
-                       lobe_set lobes, const light_sample *sample, bool casts_shadow) {
-    dvec3 radiance = light_reflected(p, b, lobes, sample);
-    if (sample->pdf > 0) radiance = dvec3_scale(radiance, 1 / sample->pdf);
+void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, lobe_set lobes,
+                const light_sample *sample, double weight, bool casts_shadow) {
+    dvec3 radiance = dvec3_scale(light_reflected(p, b, lobes, sample), weight);
     if (casts_shadow)
-        emit_shadow_ray(w, r, p, sample, radiance);
+        push_shadow(w, r, p, sample, radiance);
     else
         emit_radiance(w, r, radiance);
 }
@@ -144,20 +179,33 @@ static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, co
     emit_radiance(w, r, dvec3_mul(sum, l->type->irradiance(l, p->ns)));
 }
 
+/* One sample stands for the whole light. */
+static double weight_of(const light_sample *sample) {
+    return sample->pdf > 0 ? 1 / sample->pdf : 1;
+}
+
+/* A light that is a surface, from its representatives. */
 static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                          lobe_set lobes, uint32_t light_index) {
     const scene *s = w->settings.scene;
-    const light_type *type = scene_light_type(s, light_index);
-    if (type && type->irradiance) {
-        emit_irradiance(w, r, p, b, &s->lights[light_index]);
-        return;
-    }
     uint32_t count = scene_light_center_count(s, light_index);
     for (uint32_t k = 0; k < count; k++) {
         light_sample sample;
         if (scene_sample_light_center(s, light_index, k, p->p, wave_eye(w), r->ray.time, &sample))
-            emit_light(w, r, p, b, lobes, &sample, !type || type->casts_shadow);
+            emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), true);
     }
+}
+
+/* One that is none. */
+static void emit_center(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                        lobe_set lobes, const light *l) {
+    const sample2 middle = {0.5, 0.5};
+    light_sample sample;
+    if (l->type->irradiance)
+        emit_irradiance(w, r, p, b, l);
+    else if (l->type->middle ? l->type->middle(l, &sample)
+                             : l->type->sample(l, p->p, wave_eye(w), middle, &sample))
+        emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), l->type->casts_shadow);
 }
 
 static void emit_area(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
@@ -168,13 +216,18 @@ static void emit_area(wave *w, const path_ray *r, const shade_point *p, const bs
     sample2 u = wave_draw_child(w, r, light_index, SAMPLE_LIGHT);
     if (!scene_sample_light(s, light_index, p->p, wave_eye(w), r->ray.time, u, &sample)) return;
     if (sample.pdf > 0) lobes &= LOBES_DIFFUSE;
-    emit_light(w, r, p, b, lobes, &sample, !type || type->casts_shadow);
+    emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), !type || type->casts_shadow);
 }
 
 void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                        lobe_set lobes, light_places places) {
     if (!bsdf_is_lit(b, lobes)) return;
-    uint32_t count = scene_light_count(w->settings.scene);
-    for (uint32_t i = 0; i < count; i++)
-        (places == LIGHT_CENTERS ? emit_centers : emit_area)(w, r, p, b, lobes, i);
+    const scene *s = w->settings.scene;
+    uint32_t i = 0, count = scene_light_count(s);
+    if (places == LIGHT_AREAS) {
+        for (; i < count; i++) emit_area(w, r, p, b, lobes, i);
+        return;
+    }
+    for (; i < s->light_count; i++) emit_center(w, r, p, b, lobes, &s->lights[i]);
+    for (; i < count; i++) emit_centers(w, r, p, b, lobes, i);
 }

@@ -98,13 +98,10 @@ void emit_through_pane(wave *w, const path_ray *r, const shade_point *p, dvec3 w
 typedef enum light_places { LIGHT_CENTERS, LIGHT_AREAS } light_places;
 void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                        lobe_set lobes, light_places places);
-/* The light of one sample, `radiance` of which leaves p towards the eye unless it is in shadow. */
-void emit_shadow_ray(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
-                     dvec3 radiance);
-/* f |cos| of these lobes times the sample's light, for its density; 0 where the geometric and the
- * shading side disagree about where it comes from. */
-dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
-                      const light_sample *sample);
+/* The light of one sample, reflected by these lobes: f |cos| times it times `weight`, unless p is in
+ * shadow; none where the geometric and the shading side disagree about where it comes from. */
+void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, lobe_set lobes,
+                const light_sample *sample, double weight, bool casts_shadow);
 /* Emission and ambient light of a hit. */
 void emit_own_light(wave *w, const path_ray *r, const bsdf *b);
 /* What a ray that leaves sees: lights, each weighted by `weight` (NULL: 1), or the background. */

@@ -67,11 +67,7 @@ static void sample_light(wave *w, const path_ray *r, const shade_point *p, const
             direction_pdf = bsdf_pdf(b, p->ns, p->wo, wi) * survive;
         weight = mis2(light_pdf, direction_pdf) / light_pdf;
     }
-    dvec3 radiance = dvec3_scale(light_reflected(p, b, LOBES_LIT, &found), weight);
-    if (scene_source_casts_shadow(s, source))
-        emit_shadow_ray(w, r, p, &found, radiance);
-    else
-        emit_radiance(w, r, radiance);
+    emit_light(w, r, p, b, LOBES_LIT, &found, weight, scene_source_casts_shadow(s, source));
 }
 
 static void go_on(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, double survive) {

@@ -4,42 +4,6 @@
 
 enum { FILTER_STEPS_MAX = 10000 };
 
-/* What shadow rays pass as if it were not there does not absorb them either. */
-static media media_for_shadows(const media *m, const scene *s, bool met) {
-    if (met || m->count == 0) return *m;
-    media seen = {0};
-    for (uint32_t i = 0; i < m->count; i++) {
-        const material *of = &s->materials[scene_part(s, m->instances[i])->medium_material];
-        if (((const material_common *)of->desc)->shadow != SHADOW_NONE)
-            media_enter(&seen, m->instances[i]);
-    }
-    return seen;
-}
-
-void emit_shadow_ray(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
-                     dvec3 radiance) {
-    vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), radiance));
-    if (!(vec3_largest(carried) > 0)) return;
-    if (w->shadow_count == w->settings.wave_size) wave_test_shadows(w);
-    const media *m = dvec3_dot(p->n, from->to_light) > 0 ? &r->media : &w->beyond;
-    bool met = w->settings.integrator->one_branch && from->pdf > 0;
-    /* From the surface to the light: t = 1 is the light itself. */
-    shadow_ray *s = &w->shadows[w->shadow_count++];
-    scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1, &s->ray);
-    s->light = carried;
-    s->pixel = r->pixel;
-    s->met = met;
-    s->media = media_for_shadows(m, w->settings.scene, met);
-    if (!from->infinite) {
-        dvec3 end = dvec3_add(p->p, from->to_end);
-        s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
-    }
-    s->length = dvec3_length(dvec3_from(s->ray.d));
-    s->ray.mask = MASK_OPAQUE | MASK_LIGHT;
-    s->ray.time = r->ray.time;
-    w->stats.shadow_rays++;
-}
-
 bool wave_goes_straight_on(const bsdf *b) {
     return b->lobe_count == 1 && b->lobes[0].type->class == LOBE_INTERFACE &&
            !b->lobes[0].type->thin && b->ior1 == b->ior2;

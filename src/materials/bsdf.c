@@ -29,26 +29,26 @@ lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
 }
 
 static bool counts(const lobe *l, lobe_set set) {
-    if ((set & LOBES_NOT_MIRRORED) && (l->mirror_share >= 1 || l->type->transmits)) return false;
-    return l->type->evaluate && (LOBE_BIT(l->type->class) & set);
+    const lobe_type *type = l->type;
+    if (!(LOBE_BIT(type->class) & set) || type->evaluate == NULL) return false;
+    return !(set & LOBES_NOT_MIRRORED) || !(l->mirror_share >= 1 || type->transmits);
 }
 
 dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi) {
     dvec3 sum = {0, 0, 0};
     bool beyond = dvec3_dot(n, wi) < 0;
-    for (int i = 0; i < b->lobe_count; i++) {
-        const lobe *l = &b->lobes[i];
+    for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++) {
         if (!counts(l, set) || (beyond && !l->type->transmits)) continue;
         dvec3 f = l->type->evaluate(l, b, n, wo, wi);
-        double passing = lobe_passing(l, b, dvec3_dot(n, wo), dvec3_dot(n, wi));
-        sum = dvec3_add(sum, dvec3_scale(f, passing));
+        if (l->coats) f = dvec3_scale(f, lobe_passing(l, b, dvec3_dot(n, wo), dvec3_dot(n, wi)));
+        sum = dvec3_add(sum, f);
     }
     return sum;
 }
 
 bool bsdf_is_lit(const bsdf *b, lobe_set set) {
-    for (int i = 0; i < b->lobe_count; i++)
-        if (counts(&b->lobes[i], set)) return true;
+    for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++)
+        if (counts(l, set)) return true;
     return false;
 }
 
