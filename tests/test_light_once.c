@@ -33,11 +33,7 @@ static void follow_material(wave *w, const path_ray *r, const shade_point *p, co
         const light_type *type = s->lights[i].type;
         if (!scene_sample_light(s, i, p->p, wave_eye(w), 0, middle, &from) || from.pdf > 0)
             continue;
-        dvec3 radiance = light_reflected(p, b, LOBES_LIT, &from);
-        if (type->casts_shadow)
-            emit_shadow_ray(w, r, p, &from, radiance);
-        else
-            emit_radiance(w, r, radiance);
+        emit_light(w, r, p, b, LOBES_LIT, &from, 1, type->casts_shadow);
     }
     bsdf_direction next;
     sample2 choice = wave_draw(w, r, SAMPLE_LOBE), u = wave_draw(w, r, SAMPLE_DIRECTION);
@@ -69,8 +65,7 @@ static void only_sample_lights(wave *w, const path_ray *r, const shade_point *p,
         light_sample from;
         sample2 u = wave_draw_child(w, r, i, SAMPLE_LIGHT);
         if (!scene_sample_light(s, i, p->p, wave_eye(w), 0, u, &from) || !(from.pdf > 0)) continue;
-        dvec3 radiance = light_reflected(p, b, LOBES_LIT, &from);
-        emit_shadow_ray(w, r, p, &from, dvec3_scale(radiance, 1 / from.pdf));
+        emit_light(w, r, p, b, LOBES_LIT, &from, 1 / from.pdf, true);
     }
 }
 

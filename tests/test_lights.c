@@ -496,7 +496,7 @@ static void sample_any_light(wave *w, const path_ray *r, const shade_point *p, c
                              &found))
         return;
     double weight = found.pdf > 0 ? count / found.pdf : count;
-    emit_shadow_ray(w, r, p, &found, dvec3_scale(light_reflected(p, b, LOBES_LIT, &found), weight));
+    emit_light(w, r, p, b, LOBES_LIT, &found, weight, true);
 }
 
 static const integrator any_light = {
