@@ -74,7 +74,6 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
     child->kind = (uint8_t)kind;
     child->primary = child->has_differential = false;
     child->coverage = child->drawn_pdf = 0;
-    child->drawn_n = child->drawn_from = (vec3){0, 0, 0};
     return child;
 }
 

@@ -234,18 +234,21 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
     vec3 o, d;
     if (!camera_ray(s->camera, &s->frame, &at, &o, &d)) return;
     path_ray *r = &w->pool[w->pool_count++];
-    *r = (path_ray){.ray = ray_make(o, d, 0, INFINITY),
-                    .weight = {1, 1, 1},
-                    .pixel = c->pixel,
-                    .sample = c->sample,
-                    .code = PATH_CODE_CAMERA,
-                    .media = s->camera_media,
-                    .kind = RAY_CAMERA,
-                    .primary = true,
-                    .coverage = 1};
+    r->ray = ray_make(o, d, 0, INFINITY);
     r->ray.mask = ~(uint32_t)MASK_LIGHT_HIDDEN;
-    if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
     r->ray.time = at.time;
+    r->weight = (vec3){1, 1, 1};
+    r->pixel = c->pixel;
+    r->sample = c->sample;
+    r->code = PATH_CODE_CAMERA;
+    r->media = s->camera_media;
+    r->depth = 0;
+    r->kind = RAY_CAMERA;
+    r->primary = true;
+    r->coverage = 1;
+    r->drawn_pdf = 0;
+    r->has_differential = false;
+    if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
     w->stats.rays[RAY_CAMERA]++;
 }
 
