@@ -120,7 +120,7 @@ static double power_received(const scene *s, dvec3 eye) {
         dvec3 n = on_sphere(&random), p = dvec3_scale(n, radius);
         light_sample found;
         sample2 u = {uniform(&random), uniform(&random)};
-        if (!scene_sample_light(s, 0, p, eye, 0, u, &found)) continue;
+        if (!scene_sample_light(s, 0, &(shade_point){.p = p}, eye, 0, u, &found)) continue;
         double cosine = -dvec3_dot(dvec3_normalize(found.to_light), n);
         sum += found.light.y * cosine / (found.pdf > 0 ? found.pdf : 1);
     }
@@ -215,7 +215,7 @@ static void draw_directions(const scene *s, dvec3 p, int count, fit *f) {
     for (int i = 0; i < count; i++) {
         light_sample found;
         sample2 u = {uniform(&random), uniform(&random)};
-        if (!scene_sample_light(s, 0, p, nobody, 0, u, &found)) continue;
+        if (!scene_sample_light(s, 0, &(shade_point){.p = p}, nobody, 0, u, &found)) continue;
         dvec3 d = dvec3_normalize(found.to_light);
         f->found[1 + cell_of(d)]++;
         f->drawn++;
@@ -363,7 +363,8 @@ static void the_middle_is_the_middle(void **state) {
         dvec3 p = {0.3, -0.6, 0.2}, middle;
         light_sample found;
         if (!is_surface(light_types[i])) continue;
-        assert_true(scene_sample_light_center(s, 0, 0, p, nobody, 0, &found));
+        shade_point from = {.p = p};
+        assert_true(scene_sample_light_center(s, 0, 0, &from, nobody, 0, &found));
         middle = dvec3_sub((dvec3){0, 1, 0}, p); /* where all of them are */
         double cosine = dvec3_dot(dvec3_normalize(found.to_light), dvec3_normalize(middle));
         ASSERT_CLOSE(cosine, 1, 0.01, 0);
@@ -374,7 +375,8 @@ static void the_middle_is_the_middle(void **state) {
     MUST(snell_scene_commit(bench.scene, NULL, NULL));
     light_sample found;
     sample2 half = {0.5, 0.5};
-    assert_true(scene_sample_light(bench.scene->frozen, 0, nobody, nobody, 0, half, &found));
+    shade_point from = {.p = nobody};
+    assert_true(scene_sample_light(bench.scene->frozen, 0, &from, nobody, 0, half, &found));
     ASSERT_CLOSE(dvec3_dot(found.to_light, dvec3_normalize((dvec3){-0.3, 1, -0.5})), 1, 1e-6, 0);
 }
 
@@ -492,8 +494,7 @@ static void sample_any_light(wave *w, const path_ray *r, const shade_point *p, c
     uint32_t count = s->light_count + s->emitter_count;
     uint32_t source = (uint32_t)(wave_draw(w, r, SAMPLE_LIGHT_CHOICE).x * count);
     light_sample found;
-    if (!scene_sample_source(s, source, p->p, wave_eye(w), 0, wave_draw(w, r, SAMPLE_LIGHT),
-                             &found))
+    if (!scene_sample_source(s, source, p, wave_eye(w), 0, wave_draw(w, r, SAMPLE_LIGHT), &found))
         return;
     double weight = found.pdf > 0 ? count / found.pdf : count;
     emit_light(w, r, p, b, LOBES_LIT, &found, weight, true);

@@ -190,7 +190,7 @@ static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const
     uint32_t count = scene_light_center_count(s, light_index);
     for (uint32_t k = 0; k < count; k++) {
         light_sample sample;
-        if (scene_sample_light_center(s, light_index, k, p->p, wave_eye(w), r->ray.time, &sample))
+        if (scene_sample_light_center(s, light_index, k, p, wave_eye(w), r->ray.time, &sample))
             emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), true);
     }
 }
@@ -213,7 +213,7 @@ static void emit_area(wave *w, const path_ray *r, const shade_point *p, const bs
     const light_type *type = scene_light_type(s, light_index);
     light_sample sample;
     sample2 u = wave_draw_child(w, r, light_index, SAMPLE_LIGHT);
-    if (!scene_sample_light(s, light_index, p->p, wave_eye(w), r->ray.time, u, &sample)) return;
+    if (!scene_sample_light(s, light_index, p, wave_eye(w), r->ray.time, u, &sample)) return;
     if (sample.pdf > 0) lobes &= LOBES_DIFFUSE;
     emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), !type || type->casts_shadow);
 }

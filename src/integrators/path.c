@@ -58,7 +58,7 @@ static void sample_light(wave *w, const path_ray *r, const shade_point *p, const
     double chance;
     light_sample found;
     if (!scene_choose_source(s, p->p, receiving_side(p, b), choice.x, &source, &chance)) return;
-    if (!scene_sample_source(s, source, p->p, wave_eye(w), r->ray.time, u, &found)) return;
+    if (!scene_sample_source(s, source, p, wave_eye(w), r->ray.time, u, &found)) return;
     dvec3 wi = dvec3_normalize(found.to_light);
     double weight = 1 / chance;
     if (found.pdf > 0) {

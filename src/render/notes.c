@@ -40,14 +40,14 @@ static bool some_shines(const scene *s, const scene_instance *at) {
     return false;
 }
 
-/* Planes have no area to draw a point from, and of solids it is not known. */
-static void note_endless_emitters(const scene *s, const log_sink *log) {
+/* Planes have no end, and what has no area and is there in part is not sampled (scene/seen.h). */
+static void note_unsampled_emitters(const scene *s, const log_sink *log) {
     for (uint32_t i = 0; i < s->part_count; i++) {
         const scene_instance *at = &s->instances[i];
-        if (at->type->area || !some_shines(s, at)) continue;
+        if (at->shines || at->group != NO_ID || !some_shines(s, at)) continue;
         log_write(log, SNELL_WARNING, (source_place){0}, "use a quad or a disk, or path",
-                  "a %s that shines lights only what mirrors it: it has no area to sample",
-                  at->type->info.name);
+                  "a %s that shines lights only what mirrors it: it %s", at->type->info.name,
+                  at->type->unbounded ? "has no end" : "has no area and is there in part");
         return;
     }
 }
@@ -55,7 +55,7 @@ static void note_endless_emitters(const scene *s, const log_sink *log) {
 void render_notes(const description *d, const scene *s, const integrator *policy,
                   const log_sink *log) {
     if (!policy->one_branch) {
-        note_endless_emitters(s, log);
+        note_unsampled_emitters(s, log);
         return;
     }
     note_ambient(s, log);

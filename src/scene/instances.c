@@ -1,5 +1,7 @@
 #include "scene/instances.h"
 
+#include "scene/seen.h"
+
 #include <stdlib.h>
 
 #include "accel/layout.h"
@@ -30,7 +32,7 @@ static bool has_vertex_alphas(const scene_instance *at) {
 
 /* What has several materials is a filter as soon as one of them is: the walk looks at each
  * triangle or face. */
-static uint32_t instance_mask(const scene *s, const scene_instance *at) {
+uint32_t instance_mask(const scene *s, const scene_instance *at) {
     if (has_vertex_alphas(at)) return MASK_FILTER;
     uint32_t mask = shadow_mask(&s->materials[instance_slot(at, 0)]);
     for (uint32_t i = 1; i < instance_slot_count(at); i++)
@@ -55,7 +57,7 @@ static void find_medium(const scene *s, scene_instance *at) {
 
 /* May some of it be sampled as a light? */
 static bool can_be_sampled(const scene *s, const scene_instance *at) {
-    if (at->type->area == NULL) return false;
+    if (at->type->area == NULL && !seen_can_be_sampled(s, at)) return false;
     for (uint32_t i = 0; i < instance_slot_count(at); i++)
         if (s->materials[instance_slot(at, i)].shines) return true;
     return false;

@@ -5,6 +5,7 @@
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "maths/functions.h"
+#include "scene/seen.h"
 
 /* Where one shadow ray goes to the middle of each light, a light that has no one middle is
  * represented by so many points: a mesh of more triangles, a shape that is seen from one side at a
@@ -45,10 +46,15 @@ typedef struct finding {
 static snell_status add_emitters(void *user, uint32_t number, const scene_instance *at) {
     finding *f = user;
     scene *s = f->s;
-    uint32_t primitives = primitive_count_of(at->type, at->shape), first = s->emitter_count;
+    bool seen = at->type->area == NULL;
+    uint32_t primitives = seen ? 1 : primitive_count_of(at->type, at->shape);
+    uint32_t first = s->emitter_count;
+    surface_light made = {number, first, 0, seen, 0, {0, 0, 0}};
+    if (seen) seen_measure(&made, at);
     for (uint32_t k = 0; k < primitives; k++) {
-        if (!emitter_material(s, at, k)->shines) continue;
-        double area = at->type->area(at->shape, k);
+        if (!seen && !emitter_material(s, at, k)->shines) continue;
+        /* What is not known is taken for half of the ball's: it matters for choosing alone. */
+        double area = seen ? 2 * PI * made.radius * made.radius : at->type->area(at->shape, k);
         if (!(area > 0)) continue;
         if (s->emitter_count >= EMITTERS_MAX)
             return error_set(SNELL_ERR_ARGUMENT, "draw fewer copies of what shines",
@@ -60,8 +66,8 @@ static snell_status add_emitters(void *user, uint32_t number, const scene_instan
     if (s->emitter_count == first) return SNELL_OK;
     if (!ARRAY_GROW(s->surface_lights, s->surface_light_count, f->light_capacity, 1))
         return error_no_memory();
-    s->surface_lights[s->surface_light_count++] =
-        (surface_light){number, first, s->emitter_count - first};
+    made.emitter_count = s->emitter_count - first;
+    s->surface_lights[s->surface_light_count++] = made;
     return SNELL_OK;
 }
 
@@ -72,6 +78,20 @@ static snell_status find_emitters(scene *s) {
     }
     finding f = {.s = s};
     return scene_each_shape(s, is_emitter, add_emitters, &f);
+}
+
+/* The emitters of an instance; NULL: it does not shine. */
+static const surface_light *light_of(const scene *s, uint32_t id) {
+    if (s->surface_light_count == 0 || !scene_part(s, id)->shines) return NULL;
+    uint32_t low = 0, high = s->surface_light_count - 1;
+    while (low < high) {
+        uint32_t middle = low + (high - low) / 2;
+        if (s->surface_lights[middle].instance < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return s->surface_lights[low].instance == id ? &s->surface_lights[low] : NULL;
 }
 
 /* ---- points on emitters ---- */
@@ -91,8 +111,47 @@ static dvec3 radiance_at(const shade_point *p) {
     return solid ? radiance : dvec3_scale(radiance, material_alpha(m, &p->at));
 }
 
+/* About how bright something of it is: without textures, which nobody has looked up yet. */
+static double luminance_of(const scene *s, const scene_instance *at) {
+    double most = 0;
+    material_point nowhere = {.tint = {1, 1, 1},
+                              .alpha = 1,
+                              .outside = true,
+                              .textures = s->textures,
+                              .materials = s->materials};
+    for (uint32_t i = 0; i < instance_slot_count(at); i++) {
+        const material *m = &s->materials[instance_slot(at, i)];
+        if (!m->shines) continue;
+        dvec3 radiance = m->textured ? (dvec3){1, 1, 1} : material_emission(m, &nowhere);
+        most = double_max(most, LUMINANCE(radiance));
+    }
+    return most;
+}
+
+/* Of what is seen by rays: shining everywhere, from anywhere. */
+static light_bounds bound_seen(const scene *s, const surface_light *l) {
+    scene_instance room;
+    shape_path path;
+    scene_find_path(s, l->instance, 0, &path);
+    const scene_instance *at = scene_posed(s, l->instance, 0, &room);
+    float time = at->moves ? at->moves->steps[0].time : 0;
+    if (at->moves) at = scene_posed(s, l->instance, time, &room);
+    bounds3 box = shape_path_bounds(&path, at->type->bounds(at->shape));
+    double scale2 = fn_pow(fabs(transform_determinant(&at->to_world)), 2.0 / 3);
+    return (light_bounds){.low = dvec3_from(box.min),
+                          .high = dvec3_from(box.max),
+                          .axis = {0, 1, 0},
+                          .cos_spread = -1,
+                          .cos_emission = 0,
+                          .two_sided = true,
+                          .power =
+                              2 * PI * PI * l->radius * l->radius * scale2 * luminance_of(s, at)};
+}
+
 /* Brightness and place of an emitter, from its middle and three points about it. */
 static light_bounds bound_emitter(const scene *s, const emitter *e) {
+    if (scene_part(s, e->instance)->type->area == NULL)
+        return bound_seen(s, light_of(s, e->instance));
     static const sample2 places[4] = {{0.5, 0.5}, {0.2, 0.3}, {0.8, 0.4}, {0.4, 0.85}};
     shape_path path;
     scene_instance room;
@@ -206,10 +265,27 @@ static dvec3 shadow_end(const shade_point *end, dvec3 p, dvec3 to_light) {
     return dvec3_add(to_light, dvec3_scale(end->n, end->clearance + 0x1p-20 * size));
 }
 
-static bool sample_emitter(const scene *s, const emitter *e, dvec3 p, float time, sample2 u,
-                           light_sample *out) {
+static bool sample_seen(const scene *s, const surface_light *l, const scene_instance *at,
+                        const shade_point *from, float time, sample2 u, light_sample *out) {
+    shade_point shine;
+    double pdf;
+    if (!seen_sample(s, l, at, from, time, u, &shine, &pdf)) return false;
+    dvec3 to_light = dvec3_sub(shine.p, from->p);
+    shine.at.outside = shine.outside;
+    *out = (light_sample){.to_light = to_light,
+                          .to_end = shadow_end(&shine, from->p, to_light),
+                          .light = radiance_at(&shine),
+                          .pdf = pdf};
+    return dvec3_largest(out->light) > 0;
+}
+
+static bool sample_emitter(const scene *s, const emitter *e, const shade_point *from_point,
+                           float time, sample2 u, light_sample *out) {
     scene_instance room;
     const scene_instance *at = scene_posed(s, e->instance, time, &room);
+    if (at->type->area == NULL)
+        return sample_seen(s, light_of(s, e->instance), at, from_point, time, u, out);
+    dvec3 p = from_point->p;
     dvec3 from = at->identity ? p : transform_point(&at->to_local, p);
     surface on;
     double pdf = 0;
@@ -238,6 +314,7 @@ static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const sh
                           float time) {
     scene_instance room;
     const scene_instance *at = scene_posed(s, e->instance, time, &room);
+    if (at->type->area == NULL) return seen_pdf(light_of(s, e->instance), at, from);
     dvec3 to_light = dvec3_sub(on->p, from);
     double distance2 = dvec3_dot(to_light, to_light);
     if (!(distance2 > 0)) return 0;
@@ -284,13 +361,13 @@ static uint32_t pick_emitter(const scene *s, const surface_light *at, double *u,
     return at->first_emitter + low;
 }
 
-bool scene_sample_light(const scene *s, uint32_t index, dvec3 p, dvec3 eye, float time, sample2 u,
-                        light_sample *out) {
+bool scene_sample_light(const scene *s, uint32_t index, const shade_point *from, dvec3 eye,
+                        float time, sample2 u, light_sample *out) {
     if (index < s->light_count)
-        return s->lights[index].type->sample(&s->lights[index], p, eye, u, out);
+        return s->lights[index].type->sample(&s->lights[index], from->p, eye, u, out);
     double chance;
     uint32_t e = pick_emitter(s, find_surface_light(s, index), &u.x, &chance);
-    if (!sample_emitter(s, &s->emitters[e], p, time, u, out)) return false;
+    if (!sample_emitter(s, &s->emitters[e], from, time, u, out)) return false;
     out->pdf *= chance;
     return true;
 }
@@ -300,6 +377,7 @@ static bool has_middle(const scene *s, const surface_light *of) {
     scene_instance room;
     const scene_instance *at = scene_posed(s, of->instance, 0, &room);
     bool seen_whole = at->type->flat || (at->similar && at->type->sample_toward);
+    if (of->seen) return false;
     return at->type->primitive_count || (seen_whole && !s->materials[at->material].textured);
 }
 
@@ -317,18 +395,20 @@ static sample2 spread_point(uint32_t k, uint32_t count) {
     return (sample2){(k + 0.5) / count, y};
 }
 
-bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3 p, dvec3 eye,
-                               float time, light_sample *out) {
+bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, const shade_point *from,
+                               dvec3 eye, float time, light_sample *out) {
     const sample2 middle = {0.5, 0.5};
     if (index < s->light_count) {
         const light *l = &s->lights[index];
-        return l->type->middle ? l->type->middle(l, out) : l->type->sample(l, p, eye, middle, out);
+        return l->type->middle ? l->type->middle(l, out)
+                               : l->type->sample(l, from->p, eye, middle, out);
     }
     const surface_light *at = find_surface_light(s, index);
     uint32_t count = scene_light_center_count(s, index);
     if (!has_middle(s, at)) {
         sample2 place = spread_point(k, count);
-        if (!sample_emitter(s, &s->emitters[at->first_emitter], p, time, place, out)) return false;
+        if (!sample_emitter(s, &s->emitters[at->first_emitter], from, time, place, out))
+            return false;
         out->pdf *= count;
         return true;
     }
@@ -339,7 +419,7 @@ bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3
         e = pick_emitter(s, at, &u, &chance);
         chance *= count;
     }
-    if (!sample_emitter(s, &s->emitters[e], p, time, middle, out)) return false;
+    if (!sample_emitter(s, &s->emitters[e], from, time, middle, out)) return false;
     out->pdf *= chance;
     return true;
 }
@@ -373,35 +453,22 @@ bool scene_choose_source(const scene *s, dvec3 p, dvec3 n, double u, uint32_t *s
     return true;
 }
 
-bool scene_sample_source(const scene *s, uint32_t source, dvec3 p, dvec3 eye, float time, sample2 u,
-                         light_sample *out) {
+bool scene_sample_source(const scene *s, uint32_t source, const shade_point *from, dvec3 eye,
+                         float time, sample2 u, light_sample *out) {
     if (source < s->light_count)
-        return s->lights[source].type->sample(&s->lights[source], p, eye, u, out);
-    return sample_emitter(s, &s->emitters[source - s->light_count], p, time, u, out);
+        return s->lights[source].type->sample(&s->lights[source], from->p, eye, u, out);
+    return sample_emitter(s, &s->emitters[source - s->light_count], from, time, u, out);
 }
 
 bool scene_source_casts_shadow(const scene *s, uint32_t source) {
     return source >= s->light_count || s->lights[source].type->casts_shadow;
 }
 
-/* The emitters of an instance; NULL: it does not shine. */
-static const surface_light *light_of(const scene *s, uint32_t id) {
-    if (s->surface_light_count == 0 || !scene_part(s, id)->shines) return NULL;
-    uint32_t low = 0, high = s->surface_light_count - 1;
-    while (low < high) {
-        uint32_t middle = low + (high - low) / 2;
-        if (s->surface_lights[middle].instance < id)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return s->surface_lights[low].instance == id ? &s->surface_lights[low] : NULL;
-}
-
 /* The emitter that a hit lies on, or NO_ID: emitters are in the order of their primitives. */
 static uint32_t find_emitter(const scene *s, uint32_t id, uint32_t primitive) {
     const surface_light *at = light_of(s, id);
     if (at == NULL) return NO_ID;
+    if (at->seen) return at->first_emitter;
     uint32_t low = at->first_emitter, end = low + at->emitter_count, high = end;
     while (low < high) {
         uint32_t middle = low + (high - low) / 2;

@@ -17,23 +17,23 @@ void scene_free_lights(scene *s);
 
 uint32_t scene_light_count(const scene *s);
 
-/* Light number `index` at the point p. u in [0,1)^2: where on it; (.5, .5) is its middle. false: no
- * light arrives. A direction's density holds for the whole light. eye: the camera's position; time:
- * the ray's. */
-bool scene_sample_light(const scene *s, uint32_t index, dvec3 p, dvec3 eye, float time, sample2 u,
-                        light_sample *out);
+/* Light number `index` at the point `from` (its p, and how rays leave it). u in [0,1)^2: where on the
+ * light; (.5, .5) is its middle. false: no light arrives. A direction's density holds for the whole
+ * light. eye: the camera's position; time: the ray's. */
+bool scene_sample_light(const scene *s, uint32_t index, const shade_point *from, dvec3 eye,
+                        float time, sample2 u, light_sample *out);
 /* Of a surface light, the k-th of `count` representatives: its middle, or points spread over it where
  * no one point stands for it. Each stands for its part; their sum is the light. */
-bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, dvec3 p, dvec3 eye,
-                               float time, light_sample *out);
+bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, const shade_point *from,
+                               dvec3 eye, float time, light_sample *out);
 uint32_t scene_light_center_count(const scene *s, uint32_t index);
 const light_type *scene_light_type(const scene *s, uint32_t index); /* NULL: a surface light */
 
 /* One source for the point p of normal n (0: any orientation). */
 bool scene_choose_source(const scene *s, dvec3 p, dvec3 n, double u, uint32_t *source,
                          double *chance);
-bool scene_sample_source(const scene *s, uint32_t source, dvec3 p, dvec3 eye, float time, sample2 u,
-                         light_sample *out);
+bool scene_sample_source(const scene *s, uint32_t source, const shade_point *from, dvec3 eye,
+                         float time, sample2 u, light_sample *out);
 
 bool scene_source_casts_shadow(const scene *s, uint32_t source);
 

@@ -63,9 +63,13 @@ typedef struct emitter {
     double sum;  /* of the weights of its light's emitters up to this one, 1 at the last */
 } emitter;
 
-/* The emitters of one instance. */
+/* The emitters of one instance. Of a shape without an area it is one, found by a ray (scene/seen.h):
+ * in the ball about `middle`, in the shape's own space. */
 typedef struct surface_light {
     uint32_t instance, first_emitter, emitter_count;
+    bool seen;
+    double radius;
+    dvec3 middle;
 } surface_light;
 
 /* The shape of a registry light, which stands behind the description's. */
