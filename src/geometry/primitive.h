@@ -95,7 +95,7 @@ typedef struct primitive_type {
     int (*spans)(const void *desc, const local_ray *beam, span *out, int capacity);
     /* Sampling by area, for shapes that shine; in the shape's own space.
      * area: of one part (a triangle of a mesh), or of the whole surface where there is one, m^2. NULL:
-     * cannot shine as a sampled light (planes, curves).
+     * not known; then a light of this shape is found by rays (scene/seen.h).
      * sample_area: (u, v) in [0,1)^2 to a point, uniform by area: fills *out as `surface` does;
      * (.5, .5) is the centre where the shape has one on its surface. */
     double (*area)(const void *desc, uint32_t primitive);
