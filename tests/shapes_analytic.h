@@ -243,41 +243,60 @@ static real distance_superellipsoid(const void *desc, vec point) {
              flat * powl(fabsl(on.z), p - 1)};
     return (norm - 1) / length(over(g, s->radii));
 }
+/* The same in double along the line o + t d; by exp and log, as pow is the library's own. */
+static double power(double x, double y) { return x > 0 ? exp(y * log(x)) : 0; }
+static double superellipsoid_quick(const superellipsoid_like *s, vec o, vec d, real t) {
+    const double at = (double)t, p = 2 / (double)s->e1, q = 2 / (double)s->e2;
+    double x = fabs((double)o.x + at * (double)d.x), y = fabs((double)o.y + at * (double)d.y),
+           z = fabs((double)o.z + at * (double)d.z);
+    double flat = power(x, p) + power(z, p);
+    return power((p == q ? flat : power(flat, q / p)) + power(y, q), 1 / q);
+}
+/* Where the norm is least, or any place at which it is clearly below 1, by golden sections. */
+static real superellipsoid_inside(const superellipsoid_like *s, vec o, vec d, real reach) {
+    const real golden = (sqrtl(5) - 1) / 2;
+    real low = -reach, high = reach;
+    real one = high - golden * (high - low), other = low + golden * (high - low);
+    double value = superellipsoid_quick(s, o, d, one);
+    double value_other = superellipsoid_quick(s, o, d, other);
+    for (int i = 0; i < 46 && (value < value_other ? value : value_other) > 1 - 1e-6; i++) {
+        if (value < value_other) {
+            high = other, other = one, value_other = value;
+            one = high - golden * (high - low);
+            value = superellipsoid_quick(s, o, d, one);
+        } else {
+            low = one, one = other, value = value_other;
+            other = low + golden * (high - low);
+            value_other = superellipsoid_quick(s, o, d, other);
+        }
+    }
+    return value < value_other ? one : other;
+}
+/* Halved in double, whose rounding does not decide: in long double where it is close. */
+static real superellipsoid_edge(const superellipsoid_like *s, vec o, vec d, real in, real out) {
+    for (int i = 0; i < 48; i++) {
+        real middle = (in + out) / 2, value = superellipsoid_quick(s, o, d, middle);
+        if (fabsl(value - 1) < 1e-12L) value = superellipsoid_norm(s, plus(o, times(d, middle)));
+        *(value < 1 ? &in : &out) = middle;
+    }
+    return in;
+}
 static int solve_superellipsoid(const void *desc, vec o, vec d, root roots[ROOTS]) {
     const superellipsoid_like *s = desc;
     o = over(minus(o, wide(s->center)), s->radii);
     d = over(d, s->radii);
-    real speed = length(d), shift = -dot(o, d) / dot(d, d);
+    real speed = length(d), shift = -dot(o, d) / dot(d, d), reach = 1.75L / speed;
     o = plus(o, times(d, shift));
     if (length(o) > 1.75L) return 0;
-    real low = -1.75L / speed, high = -low, golden = (sqrtl(5) - 1) / 2;
-    const real start = low, end = high;
-    real one = high - golden * (high - low), other = low + golden * (high - low);
-    real value = superellipsoid_norm(s, plus(o, times(d, one)));
-    real value_other = superellipsoid_norm(s, plus(o, times(d, other)));
-    for (int i = 0; i < 46 && fminl(value, value_other) > 1 - 1e-6L; i++) {
-        if (value < value_other) {
-            high = other, other = one, value_other = value;
-            one = high - golden * (high - low);
-            value = superellipsoid_norm(s, plus(o, times(d, one)));
-        } else {
-            low = one, one = other, value = value_other;
-            other = low + golden * (high - low);
-            value_other = superellipsoid_norm(s, plus(o, times(d, other)));
-        }
-    }
-    real inside = value < value_other ? one : other, margin = 1 - fminl(value, value_other);
+    real inside = superellipsoid_inside(s, o, d, reach);
+    real margin = 1 - superellipsoid_norm(s, plus(o, times(d, inside)));
     if (margin < 0) {
         roots[0] = (root){inside + shift, margin, 1e-9L / speed};
         return 1;
     }
     for (int k = 0; k < 2; k++) {
-        real in = inside, out = k ? end : start;
-        for (int i = 0; i < 42; i++) {
-            real middle = (in + out) / 2;
-            *(superellipsoid_norm(s, plus(o, times(d, middle))) < 1 ? &in : &out) = middle;
-        }
-        roots[k] = (root){in + shift, margin, 1e-9L / speed};
+        real at = superellipsoid_edge(s, o, d, inside, k ? reach : -reach);
+        roots[k] = (root){at + shift, margin, 1e-9L / speed};
     }
     return 2;
 }

@@ -146,7 +146,7 @@ static int field_scan(const field_line *line, real low, real high, int places, r
     enum { PARTS = 40 };
     const real h = 1e-7L, steep = line->f->steep, step = (high - low) / places;
     const bool again = places <= PARTS;
-    real s[2] = {low, 0}, value[2] = {line_quick(line, low), 0};
+    real s[2] = {low, 0}, value[2] = {line_quick(line, low), 0}, slope[2] = {NAN, NAN};
     int count = 0;
     while (s[0] < high && count < ROOTS - 4) {
         s[1] = s[0] + most(step, fabsl(value[0]) / steep);
@@ -159,13 +159,12 @@ static int field_scan(const field_line *line, real low, real high, int places, r
             int found = field_scan(line, s[0], s[1], PARTS, few);
             for (int k = 0; k < found && count < ROOTS - 4; k++) roots[count++] = few[k];
         } else if (changes || !far) {
-            real slope[2] = {0, 0};
             for (int i = 0; i < 2 && !changes; i++)
-                slope[i] = line_quick(line, s[i] + h) - value[i];
+                if (isnan(slope[i])) slope[i] = line_quick(line, s[i] + h) - value[i];
             count += line_stretch(line, s, value, slope, roots + count);
         }
-        s[0] = s[1];
-        value[0] = value[1];
+        s[0] = s[1], value[0] = value[1], slope[0] = slope[1];
+        slope[1] = NAN;
     }
     return count;
 }
@@ -360,7 +359,6 @@ static real edge_implicit(const void *desc, vec p) {
 
 static field_function balls_field = {balls_value, balls_value_quick, NULL, INFINITY};
 
-/* (1 - q^2)^3 is steepest at q^2 = 1/5: 1.7173. */
 static void make_blob(void *desc, dvec3 at, double size) {
     static vec3 points[BALLS];
     static vec2 sizes[BALLS];
@@ -375,21 +373,30 @@ static void make_blob(void *desc, dvec3 at, double size) {
         balls.radius[i] = sizes[i].x / balls.size;
         balls.strength[i] = sizes[i].y;
     }
-    balls_field.steep = 0;
-    for (int i = 0; i < BALLS; i++)
-        balls_field.steep += 1.718 * (double)(fabsl(balls.strength[i]) / balls.radius[i]);
     s->threshold = (float)between(0.1, 0.6);
     balls.threshold = s->threshold;
     s->points = points;
     s->sizes = sizes;
     s->points_count = s->sizes_count = BALLS;
 }
+/* What the line passes is all that counts; (1 - q^2)^3 is steepest at q^2 = 1/5: 1.7173. */
 static int solve_blob(const void *desc, vec o, vec d, root roots[ROOTS]) {
     (void)desc;
     field_line line = field_line_of(&balls_field, o, d, balls.middle, balls.size);
-    real left = 1 - dot(line.o, line.o);
-    if (left < 0) return 0;
-    int count = field_scan(&line, -sqrtl(left), sqrtl(left), 200, roots);
+    real low = INFINITY, high = -INFINITY;
+    balls_field.steep = 0;
+    for (int i = 0; i < BALLS; i++) {
+        vec to = minus(balls.center[i], line.o);
+        real along = dot(to, line.d), r = balls.radius[i];
+        vec aside = minus(to, times(line.d, along));
+        real left = r * r - dot(aside, aside);
+        if (left < 0) continue;
+        low = least(low, along - sqrtl(left) - 1e-3L);
+        high = most(high, along + sqrtl(left) + 1e-3L);
+        balls_field.steep += 1.718 * (double)(fabsl(balls.strength[i]) / r);
+    }
+    if (!(low < high)) return 0;
+    int count = field_scan(&line, low, high, 200, roots);
     field_to_ray(&line, roots, count);
     return count;
 }
