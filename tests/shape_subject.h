@@ -73,8 +73,9 @@ typedef struct subject {
     real (*edge)(const void *desc, vec p);     /* how far from a corner; NULL: see at_edge */
     bool winding;                              /* a ray that leaves it outwards may meet it again */
     bool upright;                              /* its axis is the Y axis */
-    bool centered;                             /* it lies about the origin */
-    double fixed_size;                         /* its size, whatever is asked for; 0: any */
+    bool centered;                             /* it lies about the origin: a transform moves it */
+    double own_offset; /* as far as this, in sizes, it can be moved itself */
+    double fixed_size; /* its size, which a transform changes; 0: any */
 } subject;
 
 #endif

@@ -128,10 +128,9 @@ static void make_quadric(void *desc, dvec3 at, double size) {
                                       {1, 0, 1, -1, 0},  {1, 0, -1, -1, 0}, {1, 0, 1, 0, -1},
                                       {1, 0, 0, 1, 0},   {0, 0, 0, 1, 0}};
     quadric_like *s = desc;
-    (void)at;
     const double *kind = kinds[random_bits() % 11];
     dvec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-          center = dvec3_scale(direction(), 0.1 * size);
+          center = dvec3_add(at, dvec3_scale(direction(), 0.1 * size));
     if (random_bits() & 1) {
         axis[1] = direction();
         dvec3_frame(axis[1], &axis[2], &axis[0]);
@@ -154,31 +153,40 @@ static void make_quadric(void *desc, dvec3 at, double size) {
     s->linear = vec3_from(dvec3_scale((dvec3){g[0], g[1], g[2]}, factor));
     s->constant = (float)(factor * constant);
     double half = size * between(0.2, 0.5);
-    s->min = (vec3){(float)-half, (float)(-half * 0.8), (float)(-half * 0.9)};
-    s->max = (vec3){(float)(half * 0.95), (float)half, (float)half};
+    s->min = vec3_from(dvec3_add(at, (dvec3){-half, -half * 0.8, -half * 0.9}));
+    s->max = vec3_from(dvec3_add(at, (dvec3){half * 0.95, half, half}));
 }
 static real quadric_size(const quadric_like *s) {
     return length(minus(wide(s->max), wide(s->min)));
 }
-/* How large Q's terms may be within the box. */
-static real quadric_terms(const quadric_like *s, real size) {
+static vec quadric_middle(const quadric_like *s) {
+    return times(plus(wide(s->min), wide(s->max)), 0.5L);
+}
+/* How large Q's terms may be within the box; as they are given, and about the box's middle. */
+static real quadric_terms(const quadric_like *s) {
     vec a = wide(s->square), b = wide(s->mixed), c = wide(s->linear);
+    real size = quadric_size(s) + length(quadric_middle(s));
     return (length(a) + length(b)) * size * size + length(c) * size + fabsl(s->constant);
+}
+static real quadric_terms_about(const quadric_like *s) {
+    vec a = wide(s->square), b = wide(s->mixed), middle = quadric_middle(s);
+    real size = quadric_size(s), slope = length(quadric_gradient(s, middle));
+    return (length(a) + length(b)) * size * size + slope * size + fabsl(quadric_value(s, middle));
 }
 static int solve_quadric(const void *desc, vec o, vec d, root roots[ROOTS]) {
     const quadric_like *s = desc;
-    real shift = -dot(o, d) / dot(d, d), size = quadric_size(s);
+    vec middle = quadric_middle(s);
+    real shift = dot(minus(middle, o), d) / dot(d, d), size = quadric_size(s);
     o = plus(o, times(d, shift));
-    if (length(o) > 2 * size) return 0;
+    if (length(minus(o, middle)) > 2 * size) return 0;
     real a = dot(quadric_gradient(s, d), d) / 2 - dot(wide(s->linear), d) / 2;
     real b = dot(quadric_gradient(s, o), d) / 2, c = quadric_value(s, o);
     real discriminant = b * b - a * c;
-    real steep = quadric_terms(s, size) / size * length(d);
+    real steep = quadric_terms_about(s) / size * length(d);
     real tangent = discriminant / (steep * steep);
     real half = sqrtl(fmaxl(discriminant, 0)), q = b > 0 ? -b - half : half - b;
     const real t[2] = {a != 0 ? q / a : INFINITY, q != 0 ? c / q : a != 0 ? q / a : INFINITY};
-    real slack =
-        1e-9L * size / length(d) + 1e-14L * quadric_terms(s, size) / fmaxl(half, 1e-9L * steep);
+    real slack = 1e-9L * size / length(d) + 1e-14L * quadric_terms(s) / fmaxl(half, 1e-9L * steep);
     int count = 0;
     for (int n = 0; n < 2; n++) {
         if (!isfinite(t[n])) continue;
@@ -319,7 +327,8 @@ static const subject subjects_analytic[] = {
      .distance = distance_quadric,
      .edge = edge_quadric,
      .winding = true,
-     .centered = true},
+     .centered = true,
+     .own_offset = 16},
     {.name = "superellipsoid",
      .make = make_superellipsoid,
      .solve = solve_superellipsoid,
