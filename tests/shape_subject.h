@@ -71,6 +71,7 @@ typedef struct subject {
     int (*solve)(const void *desc, vec o, vec d, root roots[ROOTS]);
     real (*distance)(const void *desc, vec p); /* signed, to the whole surface's plane if flat */
     real (*edge)(const void *desc, vec p);     /* how far from a corner; NULL: see at_edge */
+    real (*blur)(const void *desc, vec p);     /* what rounding its numbers moves the surface by */
     bool winding;                              /* a ray that leaves it outwards may meet it again */
     bool upright;                              /* its axis is the Y axis */
     bool centered;                             /* it lies about the origin: a transform moves it */

@@ -210,6 +210,11 @@ static real distance_quadric(const void *desc, vec p) {
     const quadric_like *s = desc;
     return (quadric_is_negative(s) ? -1 : 1) * quadric_value(s, p) / length(quadric_gradient(s, p));
 }
+/* Far from the origin its terms nearly cancel. */
+static real blur_quadric(const void *desc, vec p) {
+    const quadric_like *s = desc;
+    return 0x1p-48L * quadric_terms(s) / length(quadric_gradient(s, p));
+}
 /* From the tip of a cone, where the gradient is 0. */
 static real edge_quadric(const void *desc, vec p) {
     const quadric_like *s = desc;
@@ -326,6 +331,7 @@ static const subject subjects_analytic[] = {
      .solve = solve_quadric,
      .distance = distance_quadric,
      .edge = edge_quadric,
+     .blur = blur_quadric,
      .winding = true,
      .centered = true,
      .own_offset = 16},
