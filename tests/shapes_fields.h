@@ -177,7 +177,10 @@ static field_line field_line_of(const field_function *f, vec o, vec d, vec middl
                         shift, size / speed,        length(middle) / size};
 }
 
+/* What is thinner than the resolution that level_set.h states, as at the rim of an edge, may be missed. */
 static void field_to_ray(const field_line *line, root *roots, int count) {
+    for (int i = 1; i < count; i++)
+        if (fabsl(roots[i].t - roots[i - 1].t) < 4e-7L) roots[i].margin = roots[i - 1].margin = 0;
     for (int i = 0; i < count; i++) {
         roots[i].t = line->start + roots[i].t * line->per_t;
         roots[i].slack = roots[i].slack * line->per_t + 1e-14L * fabsl(line->start);
