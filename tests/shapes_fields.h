@@ -146,6 +146,7 @@ static int field_scan(const field_line *line, real low, real high, int places, r
     enum { PARTS = 40 };
     const real h = 1e-7L, steep = line->f->steep, step = (high - low) / places;
     const bool again = places <= PARTS;
+    const real close = isfinite(steep) ? most(1e-4L, steep * step / 8) : 1e-4L;
     real s[2] = {low, 0}, value[2] = {line_quick(line, low), 0}, slope[2] = {NAN, NAN};
     int count = 0;
     while (s[0] < high && count < ROOTS - 4) {
@@ -154,7 +155,8 @@ static int field_scan(const field_line *line, real low, real high, int places, r
         value[1] = line_quick(line, s[1]);
         bool changes = (value[0] < 0) != (value[1] < 0);
         bool far = fabsl(value[0]) + fabsl(value[1]) > steep * (s[1] - s[0]) + 1e-6L;
-        if (!again && least(fabsl(value[0]), fabsl(value[1])) < 1e-4L) {
+        bool near = changes || least(fabsl(value[0]), fabsl(value[1])) < close;
+        if (!again && near) {
             root few[ROOTS];
             int found = field_scan(line, s[0], s[1], PARTS, few);
             for (int k = 0; k < found && count < ROOTS - 4; k++) roots[count++] = few[k];

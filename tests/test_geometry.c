@@ -351,7 +351,7 @@ static int ray_count(void) {
 #if defined(__SANITIZE_ADDRESS__)
     return 5000;
 #else
-    return getenv("SNELL_FULL") ? 1000000 : 60000;
+    return getenv("SNELL_FULL") ? 1000000 : 50000;
 #endif
 }
 
