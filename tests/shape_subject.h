@@ -71,10 +71,12 @@ typedef struct subject {
     int (*solve)(const void *desc, vec o, vec d, root roots[ROOTS]);
     real (*distance)(const void *desc, vec p); /* signed, to the whole surface's plane if flat */
     real (*edge)(const void *desc, vec p);     /* how far from a corner; NULL: see at_edge */
+    real (*blur)(const void *desc, vec p);     /* what rounding its numbers moves the surface by */
     bool winding;                              /* a ray that leaves it outwards may meet it again */
     bool upright;                              /* its axis is the Y axis */
-    bool centered;                             /* it lies about the origin */
-    double fixed_size;                         /* its size, whatever is asked for; 0: any */
+    bool centered;                             /* it lies about the origin: a transform moves it */
+    double own_offset; /* as far as this, in sizes, it can be moved itself */
+    double fixed_size; /* its size, which a transform changes; 0: any */
 } subject;
 
 #endif

@@ -128,10 +128,9 @@ static void make_quadric(void *desc, dvec3 at, double size) {
                                       {1, 0, 1, -1, 0},  {1, 0, -1, -1, 0}, {1, 0, 1, 0, -1},
                                       {1, 0, 0, 1, 0},   {0, 0, 0, 1, 0}};
     quadric_like *s = desc;
-    (void)at;
     const double *kind = kinds[random_bits() % 11];
     dvec3 axis[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},
-          center = dvec3_scale(direction(), 0.1 * size);
+          center = dvec3_add(at, dvec3_scale(direction(), 0.1 * size));
     if (random_bits() & 1) {
         axis[1] = direction();
         dvec3_frame(axis[1], &axis[2], &axis[0]);
@@ -154,31 +153,40 @@ static void make_quadric(void *desc, dvec3 at, double size) {
     s->linear = vec3_from(dvec3_scale((dvec3){g[0], g[1], g[2]}, factor));
     s->constant = (float)(factor * constant);
     double half = size * between(0.2, 0.5);
-    s->min = (vec3){(float)-half, (float)(-half * 0.8), (float)(-half * 0.9)};
-    s->max = (vec3){(float)(half * 0.95), (float)half, (float)half};
+    s->min = vec3_from(dvec3_add(at, (dvec3){-half, -half * 0.8, -half * 0.9}));
+    s->max = vec3_from(dvec3_add(at, (dvec3){half * 0.95, half, half}));
 }
 static real quadric_size(const quadric_like *s) {
     return length(minus(wide(s->max), wide(s->min)));
 }
-/* How large Q's terms may be within the box. */
-static real quadric_terms(const quadric_like *s, real size) {
+static vec quadric_middle(const quadric_like *s) {
+    return times(plus(wide(s->min), wide(s->max)), 0.5L);
+}
+/* How large Q's terms may be within the box; as they are given, and about the box's middle. */
+static real quadric_terms(const quadric_like *s) {
     vec a = wide(s->square), b = wide(s->mixed), c = wide(s->linear);
+    real size = quadric_size(s) + length(quadric_middle(s));
     return (length(a) + length(b)) * size * size + length(c) * size + fabsl(s->constant);
+}
+static real quadric_terms_about(const quadric_like *s) {
+    vec a = wide(s->square), b = wide(s->mixed), middle = quadric_middle(s);
+    real size = quadric_size(s), slope = length(quadric_gradient(s, middle));
+    return (length(a) + length(b)) * size * size + slope * size + fabsl(quadric_value(s, middle));
 }
 static int solve_quadric(const void *desc, vec o, vec d, root roots[ROOTS]) {
     const quadric_like *s = desc;
-    real shift = -dot(o, d) / dot(d, d), size = quadric_size(s);
+    vec middle = quadric_middle(s);
+    real shift = dot(minus(middle, o), d) / dot(d, d), size = quadric_size(s);
     o = plus(o, times(d, shift));
-    if (length(o) > 2 * size) return 0;
+    if (length(minus(o, middle)) > 2 * size) return 0;
     real a = dot(quadric_gradient(s, d), d) / 2 - dot(wide(s->linear), d) / 2;
     real b = dot(quadric_gradient(s, o), d) / 2, c = quadric_value(s, o);
     real discriminant = b * b - a * c;
-    real steep = quadric_terms(s, size) / size * length(d);
+    real steep = quadric_terms_about(s) / size * length(d);
     real tangent = discriminant / (steep * steep);
     real half = sqrtl(fmaxl(discriminant, 0)), q = b > 0 ? -b - half : half - b;
     const real t[2] = {a != 0 ? q / a : INFINITY, q != 0 ? c / q : a != 0 ? q / a : INFINITY};
-    real slack =
-        1e-9L * size / length(d) + 1e-14L * quadric_terms(s, size) / fmaxl(half, 1e-9L * steep);
+    real slack = 1e-9L * size / length(d) + 1e-14L * quadric_terms(s) / fmaxl(half, 1e-9L * steep);
     int count = 0;
     for (int n = 0; n < 2; n++) {
         if (!isfinite(t[n])) continue;
@@ -201,6 +209,11 @@ static bool quadric_is_negative(const quadric_like *s) {
 static real distance_quadric(const void *desc, vec p) {
     const quadric_like *s = desc;
     return (quadric_is_negative(s) ? -1 : 1) * quadric_value(s, p) / length(quadric_gradient(s, p));
+}
+/* Far from the origin its terms nearly cancel. */
+static real blur_quadric(const void *desc, vec p) {
+    const quadric_like *s = desc;
+    return 0x1p-48L * quadric_terms(s) / length(quadric_gradient(s, p));
 }
 /* From the tip of a cone, where the gradient is 0. */
 static real edge_quadric(const void *desc, vec p) {
@@ -225,10 +238,12 @@ static void make_superellipsoid(void *desc, dvec3 at, double size) {
     s->e1 = choices[random_bits() % 8];
     s->e2 = choices[random_bits() % 8];
 }
+/* Several times as quick as powl, and exact enough: exponents are 40 at most. */
+static real power(real x, real y) { return x > 0 ? expl(y * logl(x)) : y == 0; }
 static real superellipsoid_norm(const superellipsoid_like *s, vec at) {
     real p = 2 / (real)s->e1, q = 2 / (real)s->e2;
-    real flat = powl(fabsl(at.x), p) + powl(fabsl(at.z), p);
-    return powl(powl(flat, q / p) + powl(fabsl(at.y), q), 1 / q);
+    real flat = power(fabsl(at.x), p) + power(fabsl(at.z), p);
+    return power(power(flat, q / p) + power(fabsl(at.y), q), 1 / q);
 }
 static real distance_superellipsoid(const void *desc, vec point) {
     const superellipsoid_like *s = desc;
@@ -237,47 +252,66 @@ static real distance_superellipsoid(const void *desc, vec point) {
     real norm = superellipsoid_norm(s, at);
     if (!(norm > 0)) return -(real)s->radii.x;
     vec on = times(at, 1 / norm);
-    real flat = powl(powl(fabsl(on.x), p) + powl(fabsl(on.z), p), q / p - 1);
+    real flat = power(power(fabsl(on.x), p) + power(fabsl(on.z), p), q / p - 1);
     if (on.x == 0 && on.z == 0) flat = 0;
-    vec g = {flat * powl(fabsl(on.x), p - 1), powl(fabsl(on.y), q - 1),
-             flat * powl(fabsl(on.z), p - 1)};
+    vec g = {flat * power(fabsl(on.x), p - 1), power(fabsl(on.y), q - 1),
+             flat * power(fabsl(on.z), p - 1)};
     return (norm - 1) / length(over(g, s->radii));
+}
+/* The same in double along the line o + t d; by exp and log, as pow is the library's own. */
+static double power_quick(double x, double y) { return x > 0 ? exp(y * log(x)) : 0; }
+static double superellipsoid_quick(const superellipsoid_like *s, vec o, vec d, real t) {
+    const double at = (double)t, p = 2 / (double)s->e1, q = 2 / (double)s->e2;
+    double x = fabs((double)o.x + at * (double)d.x), y = fabs((double)o.y + at * (double)d.y),
+           z = fabs((double)o.z + at * (double)d.z);
+    double flat = power_quick(x, p) + power_quick(z, p);
+    return power_quick((p == q ? flat : power_quick(flat, q / p)) + power_quick(y, q), 1 / q);
+}
+/* Where the norm is least, or any place at which it is clearly below 1, by golden sections. */
+static real superellipsoid_inside(const superellipsoid_like *s, vec o, vec d, real reach) {
+    const real golden = (sqrtl(5) - 1) / 2;
+    real low = -reach, high = reach;
+    real one = high - golden * (high - low), other = low + golden * (high - low);
+    double value = superellipsoid_quick(s, o, d, one);
+    double value_other = superellipsoid_quick(s, o, d, other);
+    for (int i = 0; i < 46 && (value < value_other ? value : value_other) > 1 - 1e-6; i++) {
+        if (value < value_other) {
+            high = other, other = one, value_other = value;
+            one = high - golden * (high - low);
+            value = superellipsoid_quick(s, o, d, one);
+        } else {
+            low = one, one = other, value = value_other;
+            other = low + golden * (high - low);
+            value_other = superellipsoid_quick(s, o, d, other);
+        }
+    }
+    return value < value_other ? one : other;
+}
+/* Halved in double, whose rounding does not decide: in long double where it is close. */
+static real superellipsoid_edge(const superellipsoid_like *s, vec o, vec d, real in, real out) {
+    for (int i = 0; i < 48; i++) {
+        real middle = (in + out) / 2, value = superellipsoid_quick(s, o, d, middle);
+        if (fabsl(value - 1) < 1e-12L) value = superellipsoid_norm(s, plus(o, times(d, middle)));
+        *(value < 1 ? &in : &out) = middle;
+    }
+    return in;
 }
 static int solve_superellipsoid(const void *desc, vec o, vec d, root roots[ROOTS]) {
     const superellipsoid_like *s = desc;
     o = over(minus(o, wide(s->center)), s->radii);
     d = over(d, s->radii);
-    real speed = length(d), shift = -dot(o, d) / dot(d, d);
+    real speed = length(d), shift = -dot(o, d) / dot(d, d), reach = 1.75L / speed;
     o = plus(o, times(d, shift));
     if (length(o) > 1.75L) return 0;
-    real low = -1.75L / speed, high = -low, golden = (sqrtl(5) - 1) / 2;
-    const real start = low, end = high;
-    real one = high - golden * (high - low), other = low + golden * (high - low);
-    real value = superellipsoid_norm(s, plus(o, times(d, one)));
-    real value_other = superellipsoid_norm(s, plus(o, times(d, other)));
-    for (int i = 0; i < 46 && fminl(value, value_other) > 1 - 1e-6L; i++) {
-        if (value < value_other) {
-            high = other, other = one, value_other = value;
-            one = high - golden * (high - low);
-            value = superellipsoid_norm(s, plus(o, times(d, one)));
-        } else {
-            low = one, one = other, value = value_other;
-            other = low + golden * (high - low);
-            value_other = superellipsoid_norm(s, plus(o, times(d, other)));
-        }
-    }
-    real inside = value < value_other ? one : other, margin = 1 - fminl(value, value_other);
+    real inside = superellipsoid_inside(s, o, d, reach);
+    real margin = 1 - superellipsoid_norm(s, plus(o, times(d, inside)));
     if (margin < 0) {
         roots[0] = (root){inside + shift, margin, 1e-9L / speed};
         return 1;
     }
     for (int k = 0; k < 2; k++) {
-        real in = inside, out = k ? end : start;
-        for (int i = 0; i < 42; i++) {
-            real middle = (in + out) / 2;
-            *(superellipsoid_norm(s, plus(o, times(d, middle))) < 1 ? &in : &out) = middle;
-        }
-        roots[k] = (root){in + shift, margin, 1e-9L / speed};
+        real at = superellipsoid_edge(s, o, d, inside, k ? reach : -reach);
+        roots[k] = (root){at + shift, margin, 1e-9L / speed};
     }
     return 2;
 }
@@ -299,8 +333,10 @@ static const subject subjects_analytic[] = {
      .solve = solve_quadric,
      .distance = distance_quadric,
      .edge = edge_quadric,
+     .blur = blur_quadric,
      .winding = true,
-     .centered = true},
+     .centered = true,
+     .own_offset = 16},
     {.name = "superellipsoid",
      .make = make_superellipsoid,
      .solve = solve_superellipsoid,

@@ -1,120 +1,195 @@
-/* Slow solvers of implicit, blob and julia: the function in long double, written anew in C, looked at
- * in very many places along the ray; sign changes are halved, minima between them searched. */
+/* Slow solvers of implicit, blob and julia: the function written anew in C, looked at in very many places
+ * along the ray, in double; sign changes are narrowed down and minima between them searched, in long
+ * double where it becomes close. */
 #ifndef SNELL_TESTS_SHAPES_FIELDS_H
 #define SNELL_TESTS_SHAPES_FIELDS_H
 
 #include <stdio.h>
+#include <string.h>
+#include <tgmath.h>
 
 #include "shape_subject.h"
 
 /* A function that is negative inside, of a point in units of the shape's size from its middle. */
-typedef real field_fn(const void *user, vec p);
+typedef struct field_function {
+    real (*value)(const void *user, real x, real y, real z);
+    double (*quick)(const void *user, double x, double y, double z);
+    const void *user;
+    double steep; /* it changes by no more than this per unit; INFINITY: unknown */
+} field_function;
 
-static vec field_gradient(field_fn *f, const void *user, vec p) {
-    const real h = 1e-7L;
-    return (vec){(f(user, (vec){p.x + h, p.y, p.z}) - f(user, (vec){p.x - h, p.y, p.z})) / (2 * h),
-                 (f(user, (vec){p.x, p.y + h, p.z}) - f(user, (vec){p.x, p.y - h, p.z})) / (2 * h),
-                 (f(user, (vec){p.x, p.y, p.z + h}) - f(user, (vec){p.x, p.y, p.z - h})) / (2 * h)};
+static real least(real a, real b) { return a < b ? a : b; }
+static real most(real a, real b) { return a > b ? a : b; }
+
+static real field_at(const field_function *f, vec p) { return f->value(f->user, p.x, p.y, p.z); }
+
+static vec field_gradient(const field_function *f, vec p) {
+    const real h = 1e-7L, twice = 2 * h;
+    return (vec){
+        (field_at(f, (vec){p.x + h, p.y, p.z}) - field_at(f, (vec){p.x - h, p.y, p.z})) / twice,
+        (field_at(f, (vec){p.x, p.y + h, p.z}) - field_at(f, (vec){p.x, p.y - h, p.z})) / twice,
+        (field_at(f, (vec){p.x, p.y, p.z + h}) - field_at(f, (vec){p.x, p.y, p.z - h})) / twice};
 }
 
 /* To first order, which near the surface is enough. */
-static real field_distance(field_fn *f, const void *user, vec p) {
-    real steep = length(field_gradient(f, user, p));
-    return f(user, p) / (steep > 1e-9L ? steep : 1e-9L);
+static real field_distance(const field_function *f, vec p) {
+    real steep = length(field_gradient(f, p));
+    return field_at(f, p) / (steep > 1e-9L ? steep : 1e-9L);
 }
 
-static real field_halve(field_fn *f, const void *user, vec o, vec d, real low, real high) {
-    bool inside = f(user, plus(o, times(d, low))) < 0;
+/* A ray's line o + s d, |d| = 1, in the field's own units; start, per_t: how to get back. */
+typedef struct field_line {
+    const field_function *f;
+    vec o, d;
+    real start, per_t;
+    real away; /* how many sizes the shape is from the origin of its coordinates */
+} field_line;
+
+static real line_value(const field_line *line, real s) {
+    return field_at(line->f, plus(line->o, times(line->d, s)));
+}
+
+/* In double, whose rounding is not allowed to decide on a sign. */
+static real line_quick(const field_line *line, real s) {
+    const double at = (double)s;
+    double x = (double)line->o.x + at * (double)line->d.x,
+           y = (double)line->o.y + at * (double)line->d.y,
+           z = (double)line->o.z + at * (double)line->d.z;
+    real value = line->f->quick(line->f->user, x, y, z);
+    return fabsl(value) < 1e-10L ? line_value(line, s) : value;
+}
+
+/* The change of sign between low and high: the chord's root, and the middle whenever three of those have
+ * not halved what is left (an end that stays counts half as much each time). */
+static real line_root(const field_line *line, real low, real high) {
+    real at_low = line_quick(line, low), at_high = line_quick(line, high);
+    real width = high - low;
+    bool low_is_inside = at_low < 0;
+    for (int n = 1; n < 200 && high - low > 1e-18L; n++) {
+        real s = low + (high - low) * (at_low / (at_low - at_high));
+        if (n % 3 == 0) {
+            if (high - low > width / 2) s = (low + high) / 2;
+            width = high - low;
+        }
+        if (!(s > low && s < high)) s = (low + high) / 2;
+        if (!(s > low && s < high)) break;
+        real value = line_quick(line, s);
+        if (value == 0) return s;
+        if ((value < 0) == low_is_inside) {
+            low = s, at_low = value;
+            at_high /= 2;
+        } else {
+            high = s, at_high = value;
+            at_low /= 2;
+        }
+    }
+    return (low + high) / 2;
+}
+
+/* Looks between low and high, where sign * f seems to have its least value, for that or for any place
+ * where it is negative, by golden sections. false: it is clearly positive all over. */
+static bool line_extreme(const field_line *line, real low, real high, real sign, real *at,
+                         real *least_value) {
+    const real golden = (sqrtl(5) - 1) / 2, steep = line->f->steep;
+    real one = high - golden * (high - low), other = low + golden * (high - low);
+    real value = sign * line_quick(line, one), value_other = sign * line_quick(line, other);
     for (int n = 0; n < 60; n++) {
-        real middle = (low + high) / 2;
-        *((f(user, plus(o, times(d, middle))) < 0) == inside ? &low : &high) = middle;
+        if (least(value, value_other) < -1e-6L || high - low < 1e-11L) break;
+        if (least(value, value_other) - steep * (high - low) > 1e-6L) return false;
+        if (value < value_other) {
+            high = other, other = one, value_other = value;
+            one = high - golden * (high - low);
+            value = sign * line_quick(line, one);
+        } else {
+            low = one, one = other, value = value_other;
+            other = low + golden * (high - low);
+            value_other = sign * line_quick(line, other);
+        }
     }
-    return (low + high) / 2;
-}
-
-/* Where the function is least, or most, between low and high, by thirds. */
-static real field_extreme(field_fn *f, const void *user, vec o, vec d, real low, real high,
-                          real sign) {
-    for (int n = 0; n < 80; n++) {
-        real a = low + (high - low) / 3, b = high - (high - low) / 3;
-        bool first = sign * f(user, plus(o, times(d, a))) < sign * f(user, plus(o, times(d, b)));
-        *(first ? &high : &low) = first ? b : a;
-    }
-    return (low + high) / 2;
+    *at = value < value_other ? one : other;
+    *least_value = sign * line_value(line, *at);
+    return true;
 }
 
 /* Nearly along the surface the rounding of a far place is multiplied; too near, nobody can say. */
-static void field_root(field_fn *f, const void *user, vec o, vec d, real s, real away, root *out) {
+static void field_root(const field_line *line, real s, root *out) {
     const real h = 1e-6L;
-    real steep = length(field_gradient(f, user, plus(o, times(d, s))));
-    real slope = (f(user, plus(o, times(d, s + h))) - f(user, plus(o, times(d, s - h)))) / (2 * h);
+    real steep = length(field_gradient(line->f, plus(line->o, times(line->d, s))));
+    real slope = (line_value(line, s + h) - line_value(line, s - h)) / (2 * h);
     real part = fabsl(slope) / (steep > 0 ? steep : 1);
-    *out = (root){s, part < 1e-5L ? 0 : part, 1e-9L + 1e-14L * (1 + away) / part};
+    *out = (root){s, part < 1e-5L ? 0 : part, 1e-9L + 1e-14L * (1 + line->away) / part};
 }
 
-/* All roots of the line o + s d, |d| = 1, between low and high; away: how many sizes the shape is from
- * the origin. Cells at whose ends there is nearly a root are looked at again, in parts. */
-static int field_scan(field_fn *f, const void *user, vec o, vec d, real low, real high, real away,
-                      int places, root roots[ROOTS]) {
-    enum { PLACES = 200, PARTS = 40 };
-    const real h = 1e-7L;
-    int count = 0, parts = places > PARTS ? PARTS : PARTS - 1;
-    real value[PLACES + 1], slope[PLACES + 1], step = (high - low) / places;
-    for (int i = 0; i <= places; i++) {
-        real s = low + i * step, ahead = f(user, plus(o, times(d, s + h)));
-        value[i] = f(user, plus(o, times(d, s)));
-        slope[i] = ahead - value[i];
+/* One stretch between two places that were looked at; adds its roots. */
+static int line_stretch(const field_line *line, const real s[2], const real value[2],
+                        const real slope[2], root *out) {
+    real sign = value[0] < 0 ? -1 : 1, extreme, least_value;
+    if ((value[0] < 0) != (value[1] < 0)) {
+        field_root(line, line_root(line, s[0], s[1]), out);
+        return 1;
     }
-    for (int i = 0; i < places && count < ROOTS - 4; i++) {
-        real s = low + i * step, sign = value[i] < 0 ? -1 : 1;
-        if (places >= PARTS && (fabsl(value[i]) < 1e-4L || fabsl(value[i + 1]) < 1e-4L)) {
+    if (sign * slope[0] >= 0 || sign * slope[1] <= 0) return 0;
+    if (!line_extreme(line, s[0], s[1], sign, &extreme, &least_value)) return 0;
+    if (least_value > 1e-9L) return 0;
+    if (least_value > -1e-9L) {
+        *out = (root){extreme, 0, 1e-9L}; /* too close to call */
+        return 1;
+    }
+    field_root(line, line_root(line, s[0], extreme), &out[0]);
+    field_root(line, line_root(line, extreme, s[1]), &out[1]);
+    return 2;
+}
+
+/* All roots of the line between low and high. Steps are a `places`th of that, or as far as the function
+ * cannot reach 0. Where it nearly is 0 the stretch is looked at again, in parts. */
+static int field_scan(const field_line *line, real low, real high, int places, root roots[ROOTS]) {
+    enum { PARTS = 40 };
+    const real h = 1e-7L, steep = line->f->steep, step = (high - low) / places;
+    const bool again = places <= PARTS;
+    const real close = isfinite(steep) ? most(1e-4L, steep * step / 8) : 1e-4L;
+    real s[2] = {low, 0}, value[2] = {line_quick(line, low), 0}, slope[2] = {NAN, NAN};
+    int count = 0;
+    while (s[0] < high && count < ROOTS - 4) {
+        s[1] = s[0] + most(step, fabsl(value[0]) / steep);
+        if (s[1] > high - step / 1024) s[1] = high;
+        value[1] = line_quick(line, s[1]);
+        bool changes = (value[0] < 0) != (value[1] < 0);
+        bool far = fabsl(value[0]) + fabsl(value[1]) > steep * (s[1] - s[0]) + 1e-6L;
+        bool near = changes || least(fabsl(value[0]), fabsl(value[1])) < close;
+        if (!again && near) {
             root few[ROOTS];
-            int found = field_scan(f, user, o, d, s, s + step, away, parts, few);
+            int found = field_scan(line, s[0], s[1], PARTS, few);
             for (int k = 0; k < found && count < ROOTS - 4; k++) roots[count++] = few[k];
-            continue;
+        } else if (changes || !far) {
+            for (int i = 0; i < 2 && !changes; i++)
+                if (isnan(slope[i])) slope[i] = line_quick(line, s[i] + h) - value[i];
+            count += line_stretch(line, s, value, slope, roots + count);
         }
-        if ((value[i] < 0) != (value[i + 1] < 0)) {
-            real at = field_halve(f, user, o, d, s, s + step);
-            field_root(f, user, o, d, at, away, &roots[count++]);
-            continue;
-        }
-        if (sign * slope[i] >= 0 || sign * slope[i + 1] <= 0) continue;
-        real extreme = field_extreme(f, user, o, d, s, s + step, sign);
-        real least_value = sign * f(user, plus(o, times(d, extreme)));
-        if (least_value > 1e-7L) continue;
-        if (least_value > -1e-7L) {
-            roots[count++] = (root){extreme, 0, 1e-9L}; /* too close to call */
-            continue;
-        }
-        real one = field_halve(f, user, o, d, s, extreme);
-        field_root(f, user, o, d, one, away, &roots[count++]);
-        real other = field_halve(f, user, o, d, extreme, s + step);
-        field_root(f, user, o, d, other, away, &roots[count++]);
+        s[0] = s[1], value[0] = value[1], slope[0] = slope[1];
+        slope[1] = NAN;
     }
     return count;
 }
 
-/* The line in the field's own units: where it is nearest to the middle, its unit direction, and how to
- * get back. */
-typedef struct field_line {
-    vec o, d;
-    real start, per_t;
-} field_line;
-
-static field_line field_line_of(vec o, vec d, vec middle, real size) {
+/* From where it is nearest to the middle. */
+static field_line field_line_of(const field_function *f, vec o, vec d, vec middle, real size) {
     real speed = length(d), shift = dot(minus(middle, o), d) / (speed * speed);
     vec at = minus(plus(o, times(d, shift)), middle);
-    return (field_line){times(at, 1 / size), times(d, 1 / speed), shift, size / speed};
+    return (field_line){f,     times(at, 1 / size), times(d, 1 / speed),
+                        shift, size / speed,        length(middle) / size};
 }
 
+/* What is thinner than the resolution that level_set.h states, as at the rim of an edge, may be missed. */
 static void field_to_ray(const field_line *line, root *roots, int count) {
+    for (int i = 1; i < count; i++)
+        if (fabsl(roots[i].t - roots[i - 1].t) < 4e-7L) roots[i].margin = roots[i - 1].margin = 0;
     for (int i = 0; i < count; i++) {
         roots[i].t = line->start + roots[i].t * line->per_t;
         roots[i].slack = roots[i].slack * line->per_t + 1e-14L * fabsl(line->start);
     }
 }
 
-/* ---- implicit ---- */
+/* ---- descriptions, and the functions in two precisions ---- */
 
 typedef struct implicit_like {
     size_t struct_size;
@@ -132,32 +207,42 @@ static struct {
     bool capped;
 } formula;
 
-static real least(real a, real b) { return a < b ? a : b; }
-static real most(real a, real b) { return a > b ? a : b; }
+typedef struct blob_like {
+    size_t struct_size;
+    const vec3 *points;
+    size_t points_count;
+    float radius, strength;
+    const vec2 *sizes;
+    size_t sizes_count;
+    float threshold;
+} blob_like;
 
-static real formula_value(const void *user, vec p) {
-    (void)user;
-    real a = formula.a, b = formula.b, x = p.x, y = p.y, z = p.z;
-    switch (formula.kind) {
-    case 0: return x * x + y * y + z * z - a + 0.02L * sinl(9 * x) * sinl(9 * y) * cosl(9 * z);
-    case 1: return hypotl(hypotl(x, z) - a, y) - b;
-    case 2: {
-        real box = most(most(fabsl(x), fabsl(y)), fabsl(z)) - a;
-        real ball = sqrtl((x - 0.2L) * (x - 0.2L) + y * y + z * z) - b;
-        real h = most(1 - fabsl(box - ball) / 0.1L, 0);
-        return least(box, ball) - h * h * 0.1L / 4;
-    }
-    case 3: {
-        real wave =
-            sinl(8 * x) * cosl(8 * y) + sinl(8 * y) * cosl(8 * z) + sinl(8 * z) * cosl(8 * x);
-        return most(fabsl(wave) - 0.5L, x * x + y * y + z * z - a);
-    }
-    case 4: return expl(-4 * (x * x + y * y)) * a - 1.5L * z * z - 0.1L;
-    default: return y - a * atanl(5 * x) / (1 + z * z) + 0.1L * sqrtl(x * x + 0.01L);
-    }
-}
+enum { BALLS = 7 };
+static struct {
+    vec center[BALLS];
+    real radius[BALLS], strength[BALLS], threshold, size;
+    vec middle;
+} balls;
 
-/* The same, for the library; X, Y, Z are in units of the size from the middle. */
+typedef struct julia_like {
+    size_t struct_size;
+    vec3 c;
+    float c_k, slice;
+    int32_t iterations;
+    float escape;
+} julia_like;
+static real julia_escape_squared;
+
+#define NUMBER double
+#define NAMED(name) name##_quick
+#include "field_values.h"
+#define NUMBER real
+#define NAMED(name) name
+#include "field_values.h"
+
+/* ---- implicit ---- */
+
+/* Its text for the library; X, Y, Z are in units of the size from the middle. */
 static const char *const formula_texts[] = {
     "X^2 + Y^2 + Z^2 - a + 0.02 * sin(9*X) * sin(9*Y) * cos(9*Z)",
     "length(length(X, Z) - a, Y) - b",
@@ -168,6 +253,14 @@ static const char *const formula_texts[] = {
     "Y - a*atan(5*X)/(1 + Z^2) + 0.1*sqrt(X^2 + 0.01)"};
 enum { FORMULAS = sizeof formula_texts / sizeof formula_texts[0] };
 
+static field_function formula_field = {formula_value, formula_value_quick, NULL, INFINITY};
+
+/* Of every kind within half a size along each axis, for the a and b below 0.35. A product of three sines
+ * is a sum of four waves of a quarter, whose gradients are 9 sqrt(3) / 4 long at most; a distance, or
+ * what is blended of two, has 1; and each partial derivative of the sum of products is below 8
+ * sqrt(2). */
+static const double formula_steep[FORMULAS] = {2.06, 1, 1, 19.7, 1.65, 2.2};
+
 static void make_implicit(void *desc, dvec3 at, double size) {
     static char text[1024];
     implicit_like *s = desc;
@@ -175,6 +268,7 @@ static void make_implicit(void *desc, dvec3 at, double size) {
     double a = kind == 0 ? between(0.1, 0.2) : kind == 3 ? between(0.1, 0.2) : between(0.2, 0.35);
     double b = kind == 1 ? between(0.05, 0.15) : between(0.2, 0.3), half = between(0.3, 0.5);
     formula.a = a, formula.b = b;
+    formula_field.steep = formula_steep[kind] * 1.001;
     formula.middle = wide_d(at), formula.size = size;
     snprintf(text, sizeof text,
              "X = (x - %.17g) / %.17g; Y = (y - %.17g) / %.17g; Z = (z - %.17g) / %.17g; "
@@ -206,7 +300,7 @@ static vec formula_point(vec p) { return times(minus(p, formula.middle), 1 / for
 
 static int solve_implicit(const void *desc, vec o, vec d, root roots[ROOTS]) {
     const implicit_like *s = desc;
-    field_line line = field_line_of(o, d, formula.middle, formula.size);
+    field_line line = field_line_of(&formula_field, o, d, formula.middle, formula.size);
     real low[3] = {s->min.x, s->min.y, s->min.z}, high[3] = {s->max.x, s->max.y, s->max.z};
     real o_[3] = {o.x, o.y, o.z}, d_[3] = {d.x, d.y, d.z}, in = -INFINITY, out = INFINITY;
     for (int i = 0; i < 3; i++) {
@@ -224,11 +318,10 @@ static int solve_implicit(const void *desc, vec o, vec d, root roots[ROOTS]) {
         return in - out < 1e-9L * line.per_t;
     }
     real from = (in - line.start) / line.per_t, to = (out - line.start) / line.per_t;
-    int count = field_scan(formula_value, NULL, line.o, line.d, from, to,
-                           length(formula.middle) / formula.size, 120, roots);
+    int count = field_scan(&line, from, to, 120, roots);
     for (int end = 0; end < 2 && count < ROOTS; end++) {
         real at = end ? to : from;
-        real value = formula_value(NULL, plus(line.o, times(line.d, at)));
+        real value = line_value(&line, at);
         if (s->capped || fabsl(value) < 1e-7L)
             roots[count++] = (root){at, value > -1e-7L && value < 1e-7L ? 0 : -value, 1e-9L};
     }
@@ -240,7 +333,7 @@ static int solve_implicit(const void *desc, vec o, vec d, root roots[ROOTS]) {
 static real distance_implicit(const void *desc, vec p) {
     const implicit_like *s = desc;
     vec at = formula_point(p);
-    real to_surface = field_distance(formula_value, NULL, at);
+    real to_surface = field_distance(&formula_field, at);
     if (s->capped) to_surface = most(to_surface, formula_box(s, at));
     return to_surface * formula.size;
 }
@@ -255,49 +348,21 @@ static real edge_implicit(const void *desc, vec p) {
         bend = least(fabsl(ax - ay), least(fabsl(ay - az), fabsl(az - ax)));
     }
     if (formula.kind == 3) {
-        real wave =
-            sinl(8 * x) * cosl(8 * y) + sinl(8 * y) * cosl(8 * z) + sinl(8 * z) * cosl(8 * x);
-        bend = fabsl(fabsl(wave) - 0.5L - (x * x + y * y + z * z - formula.a)) / 20;
+        bend =
+            fabsl(fabsl(formula_wave(x, y, z)) - 0.5L - (x * x + y * y + z * z - formula.a)) / 20;
     }
     real faces[3] = {fabsl(x), fabsl(y), fabsl(z)},
          half = (s->max.x - s->min.x) / (2 * formula.size);
     int near = 0;
     for (int i = 0; i < 3; i++) near += fabsl(faces[i] - half) < 0.01L;
     real rim =
-        near > 1 ? 0
-                 : most(fabsl(formula_box(s, at)), fabsl(field_distance(formula_value, NULL, at)));
+        near > 1 ? 0 : most(fabsl(formula_box(s, at)), fabsl(field_distance(&formula_field, at)));
     return least(bend, rim) * formula.size;
 }
 
 /* ---- blob ---- */
 
-typedef struct blob_like {
-    size_t struct_size;
-    const vec3 *points;
-    size_t points_count;
-    float radius, strength;
-    const vec2 *sizes;
-    size_t sizes_count;
-    float threshold;
-} blob_like;
-
-enum { BALLS = 7 };
-static struct {
-    vec center[BALLS];
-    real radius[BALLS], strength[BALLS], threshold, size;
-    vec middle;
-} balls;
-
-static real balls_value(const void *user, vec p) {
-    (void)user;
-    real sum = balls.threshold;
-    for (int i = 0; i < BALLS; i++) {
-        vec r = minus(p, balls.center[i]);
-        real left = 1 - dot(r, r) / (balls.radius[i] * balls.radius[i]);
-        if (left > 0) sum -= balls.strength[i] * left * left * left;
-    }
-    return sum;
-}
+static field_function balls_field = {balls_value, balls_value_quick, NULL, INFINITY};
 
 static void make_blob(void *desc, dvec3 at, double size) {
     static vec3 points[BALLS];
@@ -319,47 +384,37 @@ static void make_blob(void *desc, dvec3 at, double size) {
     s->sizes = sizes;
     s->points_count = s->sizes_count = BALLS;
 }
+/* What the line passes is all that counts; (1 - q^2)^3 is steepest at q^2 = 1/5: 1.7173. */
 static int solve_blob(const void *desc, vec o, vec d, root roots[ROOTS]) {
     (void)desc;
-    field_line line = field_line_of(o, d, balls.middle, balls.size);
-    real left = 1 - dot(line.o, line.o);
-    if (left < 0) return 0;
-    int count = field_scan(balls_value, NULL, line.o, line.d, -sqrtl(left), sqrtl(left),
-                           length(balls.middle) / balls.size, 200, roots);
+    field_line line = field_line_of(&balls_field, o, d, balls.middle, balls.size);
+    real low = INFINITY, high = -INFINITY;
+    balls_field.steep = 0;
+    for (int i = 0; i < BALLS; i++) {
+        vec to = minus(balls.center[i], line.o);
+        real along = dot(to, line.d), r = balls.radius[i];
+        vec aside = minus(to, times(line.d, along));
+        real left = r * r - dot(aside, aside);
+        if (left < 0) continue;
+        low = least(low, along - sqrtl(left) - 1e-3L);
+        high = most(high, along + sqrtl(left) + 1e-3L);
+        balls_field.steep += 1.718 * (double)(fabsl(balls.strength[i]) / r);
+    }
+    if (!(low < high)) return 0;
+    int count = field_scan(&line, low, high, 200, roots);
     field_to_ray(&line, roots, count);
     return count;
 }
 static real distance_blob(const void *desc, vec p) {
     (void)desc;
     vec at = times(minus(p, balls.middle), 1 / balls.size);
-    return field_distance(balls_value, NULL, at) * balls.size;
+    return field_distance(&balls_field, at) * balls.size;
 }
 
 /* ---- julia ---- */
 
-typedef struct julia_like {
-    size_t struct_size;
-    vec3 c;
-    float c_k, slice;
-    int32_t iterations;
-    float escape;
-} julia_like;
-
-/* A quaternion by the product of any two: (r, v) (s, w) = (r s - v w, r w + s v + v x w). */
-static real julia_value(const void *user, vec p) {
-    const julia_like *s = user;
-    real r = p.x, k = s->slice,
-         size2 = s->c.x * (real)s->c.x + s->c.y * (real)s->c.y + s->c.z * (real)s->c.z +
-                 s->c_k * (real)s->c_k;
-    vec v = {p.y, p.z, k};
-    for (int n = 0; n < s->iterations && r * r + dot(v, v) < 1e40L; n++) {
-        vec twist = cross(v, v), w = plus(plus(times(v, r), times(v, r)), twist);
-        r = r * r - dot(v, v) + s->c.x;
-        v = plus(w, (vec){s->c.y, s->c.z, s->c_k});
-    }
-    real escape = most((1 + sqrtl(1 + 4 * sqrtl(size2))) / 2 * (1 + 0x1p-40L), 2);
-    if (s->escape > 0) escape = s->escape;
-    return logl((r * r + dot(v, v) + 1e-30L) / (escape * escape)) / ldexpl(1, s->iterations);
+static field_function julia_field(const void *desc) {
+    return (field_function){julia_value, julia_value_quick, desc, INFINITY};
 }
 static void make_julia(void *desc, dvec3 at, double size) {
     (void)at, (void)size;
@@ -369,17 +424,25 @@ static void make_julia(void *desc, dvec3 at, double size) {
     s->slice = (float)between(-0.2, 0.2);
     s->iterations = 1 + (int)(random_bits() % 4);
     s->escape = random_bits() & 1 ? 0 : 3;
+    vec c = wide(s->c);
+    real far = sqrtl(dot(c, c) + s->c_k * (real)s->c_k);
+    real escape = most((1 + sqrtl(1 + 4 * far)) / 2 * (1 + 0x1p-40L), 2);
+    if (s->escape > 0) escape = s->escape;
+    julia_escape_squared = escape * escape;
 }
 static int solve_julia(const void *desc, vec o, vec d, root roots[ROOTS]) {
-    field_line line = field_line_of(o, d, (vec){0, 0, 0}, 1);
+    field_function f = julia_field(desc);
+    field_line line = field_line_of(&f, o, d, (vec){0, 0, 0}, 1);
     real left = 9 - dot(line.o, line.o);
     if (left < 0) return 0;
-    int count =
-        field_scan(julia_value, desc, line.o, line.d, -sqrtl(left), sqrtl(left), 0, 200, roots);
+    int count = field_scan(&line, -sqrtl(left), sqrtl(left), 200, roots);
     field_to_ray(&line, roots, count);
     return count;
 }
-static real distance_julia(const void *desc, vec p) { return field_distance(julia_value, desc, p); }
+static real distance_julia(const void *desc, vec p) {
+    field_function f = julia_field(desc);
+    return field_distance(&f, p);
+}
 
 static const subject subjects_fields[] = {
     {.name = "implicit",

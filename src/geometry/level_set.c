@@ -63,13 +63,15 @@ bool level_isolate(const level_function *f, const void *shape, const level_line 
             next = false;
         } else if (range.value.high < 0 && range.defined) {
             next = true;
-        } else if (monotone || end - low <= resolution || ++looks > LEVEL_LOOKS_MAX || !divisible) {
+        } else if (monotone || end - low <= resolution || !divisible) {
             next = f->value(shape, line, end, &slope) < 0;
         } else if (!started && middle <= where.from) {
             low = middle; /* the first half is of no interest */
             continue;
         } else {
             ends[count++] = middle;
+            if (++looks == LEVEL_LOOKS_MAX)
+                resolution = double_max(resolution, (where.high - where.low) / LEVEL_PARTS_MIN);
             continue;
         }
         if (!started) *inside = f->value(shape, line, low, &slope) < 0;

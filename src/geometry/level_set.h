@@ -6,15 +6,15 @@
  * Bounds, Eurographics 2020): a stretch over which the bounds say that f keeps its sign has no root;
  * one over which f is monotone has one at most, which the signs at its ends decide; any other is
  * halved. So nothing is missed that is longer along the ray than the resolution, 2^-24 of the shape's
- * size, as long as a ray has not used up its LEVEL_LOOKS_MAX stretches: from then on the signs at the
- * ends of what is left decide. */
+ * size, as long as a ray has not used up its LEVEL_LOOKS_MAX stretches: from then on nothing is missed
+ * that is longer than a LEVEL_PARTS_MINth of its way through the shape. */
 #ifndef SNELL_GEOMETRY_LEVEL_SET_H
 #define SNELL_GEOMETRY_LEVEL_SET_H
 
 #include "geometry/surface.h"
 #include "maths/interval.h"
 
-enum { LEVEL_LOOKS_MAX = 1 << 14 };
+enum { LEVEL_LOOKS_MAX = 1 << 14, LEVEL_PARTS_MIN = 1 << 10 };
 
 /* A ray for solving along it: p(s) = o + s d relative to the shape's middle, with d a unit vector and
  * p(0) the point nearest to the middle, so that a far origin costs no precision. s = t speed - shift. */
