@@ -5,11 +5,11 @@
  * N rays (100,000,000) of each kind at each mesh, shared out evenly among the places where the mesh
  * stands; meshes, places and kinds are those of tests/leaks.h. Which rays are traced depends on N and
  * the seed alone. Exit code 1 if any leaks. */
-#include <errno.h>
 #include <stdio.h>
 #include <unistd.h>
 
 #include "../tests/leaks.h"
+#include "measure.h"
 
 enum { CHUNK = 50000, STEP = 64 }; /* rays of a task; tasks until the next sign of progress */
 
@@ -133,11 +133,8 @@ static uint64_t run_all(const settings *s, thread_pool *pool) {
 }
 
 static uint64_t number(const char *text, uint64_t low, uint64_t high) {
-    char *end = NULL;
-    errno = 0;
-    unsigned long long value = text && *text >= '0' && *text <= '9' ? strtoull(text, &end, 10) : 0;
-    if (end == NULL || *end != '\0' || errno || value < low || value > high)
-        die("a number is missing or wrong");
+    uint64_t value;
+    if (!read_number(text, low, high, &value)) die("a number is missing or wrong");
     return value;
 }
 
