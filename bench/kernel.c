@@ -4,16 +4,16 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "base/memory.h"
 #include "kernel_scenes.h"
+#include "measure.h"
 
 #if BENCH_HAS_EMBREE
 #include <embree3/rtcore.h>
 #endif
 
-enum { KINDS = 3, TRACERS = 4, ROUNDS_MAX = 101, BATCH = 1024 };
+enum { KINDS = 3, TRACERS = 4, BATCH = 1024 };
 static const char *const kind_names[KINDS] = {"primary", "shadow", "mirror"};
 static const char *const tracer_names[TRACERS] = {"scalar", "avx2", "avx512", "embree"};
 static const snell_isa tracer_isas[TRACERS - 1] = {SNELL_ISA_SCALAR, SNELL_ISA_AVX2,
@@ -178,13 +178,6 @@ static void trace_embree(const bench *b, const ray_set *set, hit *hits, bool sha
 }
 #endif
 
-/* CPU time of this thread: other programs on the machine disturb it less than the clock. */
-static double cpu_seconds(void) {
-    struct timespec now;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static void measure(bench *b, uint32_t kind, uint32_t tracer, uint32_t round) {
     ray_set *set = &b->sets[kind];
     double start = cpu_seconds();
@@ -266,22 +259,6 @@ static void make_secondary(bench *b) {
 }
 
 /* ---- results ---- */
-
-static int compare_doubles(const void *a, const void *b) {
-    double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-typedef struct summary {
-    double median, low, high;
-} summary;
-
-static summary summarise(const double *values, uint32_t count) {
-    double sorted[ROUNDS_MAX];
-    memcpy(sorted, values, count * sizeof *sorted);
-    qsort(sorted, count, sizeof *sorted, compare_doubles);
-    return (summary){sorted[count / 2], sorted[0], sorted[count - 1]};
-}
 
 /* Between our instruction sets every bit must agree. With Embree: hit or miss, and t to 1e-4. */
 static size_t count_mismatches(const ray_set *set, uint32_t tracer) {
@@ -410,9 +387,8 @@ static bool make_scene(bench_scene *s, const char *name) {
 }
 
 static uint32_t number(const char *text, uint32_t low, uint32_t high) {
-    char *end = NULL;
-    unsigned long value = text ? strtoul(text, &end, 10) : 0;
-    if (text == NULL || *end != '\0' || value < low || value > high) die("a number is wrong");
+    uint64_t value;
+    if (!read_number(text, low, high, &value)) die("a number is wrong");
     return (uint32_t)value;
 }
 
