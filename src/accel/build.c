@@ -115,6 +115,30 @@ build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bou
     return references;
 }
 
+build_reference *build_deforming_references(const deforming_mesh *m, size_t *count,
+                                            bounds3 *bounds) {
+    *count = mesh_triangle_count(&m->mesh);
+    build_reference *references = memory_resize(NULL, *count, sizeof *references);
+    if (references == NULL) return NULL;
+    *bounds = bounds3_empty();
+    for (size_t i = 0; i < *count; i++) {
+        const uint32_t *index = m->mesh.indices + 3 * i;
+        dvec3 low = {0, 0, 0}, high = {0, 0, 0};
+        for (uint32_t k = 0; k < m->key_count; k++) {
+            const vec3 *at = deforming_positions(m, k);
+            vec3 a = at[index[0]], b = at[index[1]], c = at[index[2]];
+            bounds3 box = {vec3_min(vec3_min(a, b), c), vec3_max(vec3_max(a, b), c)};
+            low = dvec3_add(low, dvec3_from(box.min));
+            high = dvec3_add(high, dvec3_from(box.max));
+            *bounds = bounds3_union(*bounds, box);
+        }
+        references[i] =
+            (build_reference){vec3_from(dvec3_scale(low, 1.0 / m->key_count)), (uint32_t)i,
+                              vec3_from(dvec3_scale(high, 1.0 / m->key_count)), 0};
+    }
+    return references;
+}
+
 build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
                                        bounds3 *bounds) {
     uint32_t parts = primitive_count_of(type, desc);
@@ -484,6 +508,87 @@ static bool join(const builder *b, const part *upper, bvh_tree *out) {
 static void free_part(part *p) {
     free(p->nodes);
     free(p->blocks);
+}
+
+/* ---- meshes that deform ---- */
+
+typedef struct key_fit {
+    const deforming_mesh *m;
+    const bvh_tree *tree; /* whose nodes and blocks of the first key are there */
+} key_fit;
+
+static void set_vertices(const deforming_mesh *m, uint32_t key, triangle_block *block) {
+    const vec3 *positions = deforming_positions(m, key);
+    for (size_t i = 0; i < BVH_WIDTH; i++)
+        for (size_t v = 0; v < 3; v++) {
+            vec3 position = positions[m->mesh.indices[3 * (size_t)block->primitive[i] + v]];
+            for (int axis = 0; axis < 3; axis++)
+                block->vertex[v][axis][i] = axis_of(position, axis);
+        }
+}
+
+/* Unused triangles repeat the last. */
+static bounds3 block_bounds(const triangle_block *block) {
+    bounds3 box = bounds3_empty();
+    for (int i = 0; i < BVH_WIDTH; i++)
+        for (int v = 0; v < 3; v++)
+            box = bounds3_add_point(
+                box, (vec3){block->vertex[v][0][i], block->vertex[v][1][i], block->vertex[v][2][i]});
+    return box;
+}
+
+static bounds3 node_bounds(const bvh_node *node) {
+    bounds3 box = bounds3_empty();
+    for (int i = 0; i < BVH_WIDTH; i++) {
+        if (!(node->valid >> i & 1)) continue;
+        box = bounds3_union(box, (bounds3){{node->bounds[0][0][i], node->bounds[0][1][i],
+                                            node->bounds[0][2][i]},
+                                           {node->bounds[1][0][i], node->bounds[1][1][i],
+                                            node->bounds[1][2][i]}});
+    }
+    return box;
+}
+
+/* Nodes come before their children. */
+static void fit_key(void *data, size_t key, uint32_t worker) {
+    (void)worker;
+    const key_fit *fit = data;
+    const bvh_tree *tree = fit->tree;
+    bvh_node *nodes = tree->nodes + key * tree->node_count;
+    triangle_block *blocks = tree->blocks + key * tree->block_count;
+    for (size_t i = 0; i < tree->block_count; i++)
+        set_vertices(fit->m, (uint32_t)key, &blocks[i]);
+    for (size_t i = tree->node_count; i-- > 0;)
+        for (uint32_t j = 0; j < BVH_WIDTH; j++) {
+            uint32_t child = nodes[i].child[j];
+            if (!(nodes[i].valid >> j & 1)) continue;
+            bounds3 box = child & BVH_LEAF ? block_bounds(&blocks[child & BVH_INDEX_MASK])
+                                           : node_bounds(&nodes[child]);
+            set_child_box(&nodes[i], j, &box);
+        }
+}
+
+bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tree) {
+    size_t node_bytes = tree->node_count * sizeof *tree->nodes,
+           block_bytes = tree->block_count * sizeof *tree->blocks;
+    if (m->key_count > (SIZE_MAX - 64) / (node_bytes + block_bytes)) return false;
+    bvh_tree all = *tree;
+    all.nodes = memory_aligned(m->key_count * node_bytes);
+    all.blocks = memory_aligned(m->key_count * block_bytes);
+    if (all.nodes == NULL || all.blocks == NULL) {
+        build_tree_free(&all);
+        return false;
+    }
+    for (uint32_t k = 0; k < m->key_count; k++) {
+        if (node_bytes) memcpy(all.nodes + k * all.node_count, tree->nodes, node_bytes);
+        memcpy(all.blocks + k * all.block_count, tree->blocks, block_bytes);
+    }
+    build_tree_free(tree);
+    *tree = all;
+    key_fit fit = {m, tree};
+    if (pool) thread_pool_run(pool, m->key_count, fit_key, &fit);
+    for (uint32_t k = 0; k < m->key_count && !pool; k++) fit_key(&fit, k, 0);
+    return true;
 }
 
 void build_tree_free(bvh_tree *tree) {

@@ -33,6 +33,9 @@ typedef struct build_job {
 /* The triangles of a mesh, or the parts of another shape that are not empty; NULL without memory.
  * *bounds is their box. */
 build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds);
+/* Of a mesh that deforms: each triangle's mean box over the keys; *bounds holds all of them. */
+build_reference *build_deforming_references(const deforming_mesh *m, size_t *count,
+                                            bounds3 *bounds);
 build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
                                        bounds3 *bounds);
 
@@ -40,6 +43,9 @@ build_reference *build_part_references(const primitive_type *type, const void *d
  * reports only if `reports`). SNELL_OK, SNELL_CANCELLED or SNELL_ERR_MEMORY; no message is set. On
  * failure *out is zero. */
 snell_status build_tree(const build_job *job, thread_pool *pool, bool reports, bvh_tree *out);
+/* A tree that was built from those mean boxes becomes one for each key, with the boxes and vertices of
+ * that key. False: out of memory. */
+bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tree);
 void build_tree_free(bvh_tree *tree);
 
 /* False: stop. */
