@@ -484,8 +484,35 @@ static void compare_work(const char *name, keyed *k, double most_over_still, dou
     for (int i = 0; i < 3; i++) scene_destroy(s[i]);
 }
 
+/* Two balls that pass through one another, and come back if asked to. */
+static keyed *make_crossing(bool back) {
+    test_scene *s = scene_create();
+    const mesh_desc *sphere = scene_add_uv_sphere(s, 70, 35, 1, (dvec3){0, 0, 0});
+    size_t vertices = sphere->positions_count, indices = sphere->indices_count, keys = back ? 3 : 2;
+    keyed *k = keyed_create(2 * vertices, 2 * indices / 3, keys);
+    for (size_t i = 0; i < 2 * indices; i++)
+        mesh_indices(&k->desc)[i] =
+            sphere->indices[i % indices] + (i < indices ? 0 : (uint32_t)vertices);
+    for (size_t key = 0; key < keys; key++) {
+        k->times[key] = (float)key;
+        for (size_t i = 0; i < 2 * vertices; i++) {
+            float side = (i < vertices) == (key == 1) ? -3.0f : 3.0f;
+            vec3 p = sphere->positions[i % vertices];
+            keyed_positions(k, key)[i] = (vec3){p.x + side, p.y, p.z};
+        }
+    }
+    scene_destroy(s);
+    return k;
+}
+
 static void boxes_are_tight_in_time(void **state) {
     (void)state;
+    for (int back = 0; back < 2; back++) {
+        keyed *crossing = make_crossing(back);
+        compare_work(back ? "two balls that cross and come back" : "two balls that cross", crossing,
+                     1.5, 5);
+        keyed_free(crossing);
+    }
     keyed *ball = make_ball(100, 50, (dvec3){0, 0, 0}, 1);
     compare_work("a ball that twists and goes", ball, 1.5, 1.5);
     keyed_free(ball);

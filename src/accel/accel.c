@@ -36,19 +36,25 @@ static snell_status build_geometry(frozen_geometry *g, const accel_options *opti
                                    build_progress *progress, thread_pool *pool, bool reports) {
     const deforming_mesh *deforming = is_deforming(g->type) ? g->desc : NULL;
     const mesh_desc *mesh = deforming ? &deforming->mesh : is_mesh(g->type) ? g->desc : NULL;
+    build_way *ways = NULL;
     build_job job = {.mesh = mesh,
                      .leaf_size = mesh ? leaf_size(options) : 1,
                      .seed = options ? options->seed : 0,
                      .progress = progress};
     if (deforming)
-        job.references = build_deforming_references(deforming, &job.count, &g->bounds);
+        job.references = build_deforming_references(deforming, &job.count, &g->bounds, &ways);
     else if (mesh)
         job.references = build_mesh_references(mesh, &job.count, &g->bounds);
     else
         job.references = build_part_references(g->type, g->desc, &job.count, &g->bounds);
-    if (job.references == NULL) return SNELL_ERR_MEMORY;
+    if (job.references == NULL) {
+        free(ways);
+        return SNELL_ERR_MEMORY;
+    }
+    job.ways = ways;
     snell_status status = job.count ? build_tree(&job, pool, reports, &g->tree) : SNELL_OK;
     free(job.references);
+    free(ways);
     if (deforming && status == SNELL_OK && job.count) {
         if (!build_tree_at_keys(deforming, pool, &g->tree)) return SNELL_ERR_MEMORY;
         g->tree.bounds = g->bounds;
@@ -220,7 +226,11 @@ static snell_status build_level(const accel *a, const accel_instance *instances,
         references ? copy_instances(a, instances, instance_count, in_group, out, references, &count)
                    : SNELL_ERR_MEMORY;
     if (status == SNELL_OK && count > 0) {
-        build_job job = {references, count, NULL, 1, options ? options->seed : 0, progress};
+        build_job job = {.references = references,
+                         .count = count,
+                         .leaf_size = 1,
+                         .seed = options ? options->seed : 0,
+                         .progress = progress};
         status = build_tree(&job, pool, true, &out->top);
     }
     if (count == 0) out->top.bounds = bounds3_empty();

@@ -115,26 +115,44 @@ build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bou
     return references;
 }
 
+static bounds3 mean_box(bounds3 a, bounds3 b) {
+    return (bounds3){vec3_scale(vec3_add(a.min, b.min), 0.5f),
+                     vec3_scale(vec3_add(a.max, b.max), 0.5f)};
+}
+
+static bounds3 box_at_key(const deforming_mesh *m, uint32_t key, size_t triangle) {
+    const uint32_t *index = m->mesh.indices + 3 * triangle;
+    const vec3 *at = deforming_positions(m, key);
+    vec3 a = at[index[0]], b = at[index[1]], c = at[index[2]];
+    return (bounds3){vec3_min(vec3_min(a, b), c), vec3_max(vec3_max(a, b), c)};
+}
+
 build_reference *build_deforming_references(const deforming_mesh *m, size_t *count,
-                                            bounds3 *bounds) {
+                                            bounds3 *bounds, build_way **ways) {
+    /* Of an even number of keys the middle is between two. */
+    const uint32_t last = m->key_count - 1,
+                   moments[BUILD_MOMENTS][2] = {{0, 0}, {last / 2, (last + 1) / 2}, {last, last}};
     *count = mesh_triangle_count(&m->mesh);
     build_reference *references = memory_resize(NULL, *count, sizeof *references);
-    if (references == NULL) return NULL;
+    *ways = memory_resize(NULL, *count, sizeof **ways);
+    if (references == NULL || *ways == NULL) {
+        free(references);
+        return NULL;
+    }
     *bounds = bounds3_empty();
     for (size_t i = 0; i < *count; i++) {
-        const uint32_t *index = m->mesh.indices + 3 * i;
         dvec3 low = {0, 0, 0}, high = {0, 0, 0};
-        for (uint32_t k = 0; k < m->key_count; k++) {
-            const vec3 *at = deforming_positions(m, k);
-            vec3 a = at[index[0]], b = at[index[1]], c = at[index[2]];
-            bounds3 box = {vec3_min(vec3_min(a, b), c), vec3_max(vec3_max(a, b), c)};
+        for (uint32_t k = 0; k < m->key_count; k++)
+            *bounds = bounds3_union(*bounds, box_at_key(m, k, i));
+        for (int j = 0; j < BUILD_MOMENTS; j++) {
+            bounds3 box = (*ways)[i].box[j] =
+                mean_box(box_at_key(m, moments[j][0], i), box_at_key(m, moments[j][1], i));
             low = dvec3_add(low, dvec3_from(box.min));
             high = dvec3_add(high, dvec3_from(box.max));
-            *bounds = bounds3_union(*bounds, box);
         }
-        references[i] =
-            (build_reference){vec3_from(dvec3_scale(low, 1.0 / m->key_count)), (uint32_t)i,
-                              vec3_from(dvec3_scale(high, 1.0 / m->key_count)), 0};
+        references[i] = (build_reference){vec3_from(dvec3_scale(low, 1.0 / BUILD_MOMENTS)),
+                                          (uint32_t)i,
+                                          vec3_from(dvec3_scale(high, 1.0 / BUILD_MOMENTS)), 0};
     }
     return references;
 }
@@ -318,9 +336,118 @@ static size_t partition(const builder *b, const range *r, const binning *g, spli
     }
 }
 
+/* ---- splitting ways: SAH with the sum of the areas at each moment, in bins along each axis at each
+ * moment, so that what goes together stays together ---- */
+
+typedef struct way_bin {
+    bounds3 box[BUILD_MOMENTS];
+    size_t count;
+} way_bin;
+
+typedef struct way_bins {
+    binning grid[BUILD_MOMENTS];
+    way_bin bins[BUILD_MOMENTS][3][BIN_COUNT];
+} way_bins;
+
+static vec3 way_center(const build_way *way, int moment) {
+    const bounds3 *box = &way->box[moment];
+    return (vec3){midpoint(box->min.x, box->max.x), midpoint(box->min.y, box->max.y),
+                  midpoint(box->min.z, box->max.z)};
+}
+
+static void clear_way_bin(way_bin *out) {
+    out->count = 0;
+    for (int j = 0; j < BUILD_MOMENTS; j++) out->box[j] = bounds3_empty();
+}
+
+static void join_way_bin(way_bin *to, const way_bin *from) {
+    to->count += from->count;
+    for (int j = 0; j < BUILD_MOMENTS; j++) to->box[j] = bounds3_union(to->box[j], from->box[j]);
+}
+
+static void fill_way_bins(const builder *b, const range *r, way_bins *w) {
+    const build_reference *references = b->job->references + r->begin;
+    for (int moment = 0; moment < BUILD_MOMENTS; moment++) {
+        bounds3 centers = bounds3_empty();
+        for (size_t i = 0; i < r->count; i++)
+            centers = bounds3_add_point(centers, way_center(&b->job->ways[references[i].id], moment));
+        w->grid[moment] = make_binning(&centers);
+        for (int axis = 0; axis < 3; axis++)
+            for (int i = 0; i < BIN_COUNT; i++) clear_way_bin(&w->bins[moment][axis][i]);
+    }
+    for (size_t i = 0; i < r->count; i++) {
+        const build_way *way = &b->job->ways[references[i].id];
+        way_bin one = {.count = 1};
+        memcpy(one.box, way->box, sizeof one.box);
+        for (int moment = 0; moment < BUILD_MOMENTS; moment++)
+            for (int axis = 0; axis < 3; axis++) {
+                uint32_t at = bin_of(&w->grid[moment], axis, way_center(way, moment));
+                join_way_bin(&w->bins[moment][axis][at], &one);
+            }
+    }
+}
+
+static double way_cost(const builder *b, const way_bin *side) {
+    double cost = 0;
+    for (int j = 0; j < BUILD_MOMENTS; j++) cost += side_cost(b, &side->box[j], side->count);
+    return cost;
+}
+
+static split best_way_split(const builder *b, const range *r, const way_bins *w, int *moment) {
+    split best = {-1, 0};
+    double best_cost = INFINITY;
+    for (int j = 0; j < BUILD_MOMENTS; j++)
+        for (int axis = 0; axis < 3; axis++) {
+            if (w->grid[j].scale[axis] == 0) continue;
+            const way_bin *bins = w->bins[j][axis];
+            double right_cost[BIN_COUNT];
+            way_bin side;
+            clear_way_bin(&side);
+            for (uint32_t i = BIN_COUNT - 1; i > 0; i--) {
+                join_way_bin(&side, &bins[i]);
+                right_cost[i] = way_cost(b, &side);
+            }
+            clear_way_bin(&side);
+            for (uint32_t i = 1; i < BIN_COUNT; i++) {
+                join_way_bin(&side, &bins[i - 1]);
+                if (side.count == 0 || side.count == r->count) continue;
+                double cost = way_cost(b, &side) + right_cost[i];
+                if (!(cost < best_cost)) continue;
+                best_cost = cost;
+                best = (split){axis, i};
+                *moment = j;
+            }
+        }
+    return best;
+}
+
+/* Reorders the range; returns how many went left, 0 where nothing can be split. */
+static size_t split_ways(const builder *b, const range *r) {
+    way_bins w;
+    int moment = 0;
+    fill_way_bins(b, r, &w);
+    split s = best_way_split(b, r, &w, &moment);
+    if (s.axis < 0) return 0;
+    build_reference *low = b->job->references + r->begin, *high = low + r->count;
+    const build_reference *begin = low;
+    while (low < high) {
+        vec3 center = way_center(&b->job->ways[low->id], moment);
+        if (bin_of(&w.grid[moment], s.axis, center) < s.bin) {
+            low++;
+            continue;
+        }
+        build_reference swap = *low;
+        *low = *--high;
+        *high = swap;
+    }
+    return (size_t)(low - begin);
+}
+
 static void split_range(const builder *b, const range *r, range *left, range *right) {
     size_t count = 0;
-    if (r->depth < BVH_SAH_DEPTH) {
+    if (r->depth < BVH_SAH_DEPTH && b->job->ways && !b->job->seed) {
+        count = split_ways(b, r);
+    } else if (r->depth < BVH_SAH_DEPTH) {
         binning g = make_binning(&r->centers);
         split s = b->job->seed ? random_split(b, r, &g) : best_split(b, r, &g);
         if (s.axis >= 0) count = partition(b, r, &g, s);

@@ -13,6 +13,12 @@ typedef struct build_reference {
     uint32_t unused;
 } build_reference;
 
+/* A triangle of a mesh that deforms at moments of its way: the first key, the middle, the last. */
+enum { BUILD_MOMENTS = 3 };
+typedef struct build_way {
+    bounds3 box[BUILD_MOMENTS];
+} build_way;
+
 /* Shared by all levels of one accel_build; workers add to `done`, the caller's thread reports. */
 typedef struct build_progress {
     const accel_options *options;
@@ -25,6 +31,8 @@ typedef struct build_job {
     build_reference *references; /* reordered */
     size_t count;                /* at least 1 */
     const mesh_desc *mesh;       /* whose triangles; NULL: instances, or parts */
+    const build_way *ways;       /* by id: split so that boxes are small all the way; NULL: by the boxes
+                                    of the references */
     uint32_t leaf_size;          /* 1 but for triangles */
     uint32_t seed;
     build_progress *progress;
@@ -33,9 +41,10 @@ typedef struct build_job {
 /* The triangles of a mesh, or the parts of another shape that are not empty; NULL without memory.
  * *bounds is their box. */
 build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds);
-/* Of a mesh that deforms: each triangle's mean box over the keys; *bounds holds all of them. */
+/* Of a mesh that deforms: the mean of each triangle's way; *bounds holds the mesh at all keys. The ways
+ * are to be freed too. */
 build_reference *build_deforming_references(const deforming_mesh *m, size_t *count,
-                                            bounds3 *bounds);
+                                            bounds3 *bounds, build_way **ways);
 build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
                                        bounds3 *bounds);
 
