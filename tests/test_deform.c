@@ -59,7 +59,8 @@ static size_t interval_of(const keyed *k, float time, float weight[2]) {
     while (at < last && k->times[at + 1] <= time) at++;
     weight[0] = 1, weight[1] = 0;
     if (at == last || !(time > k->times[at])) return at;
-    double from = (double)k->times[at], s = ((double)time - from) / ((double)k->times[at + 1] - from);
+    double from = (double)k->times[at],
+           s = ((double)time - from) / ((double)k->times[at + 1] - from);
     weight[0] = (float)(1 - s), weight[1] = (float)s;
     return at;
 }
@@ -109,8 +110,7 @@ static keyed *make_ball(uint32_t columns, uint32_t rows, dvec3 center, double tr
                    wide = 2 + 0.4 * sin(5 * p.y + 2 * (double)key);
             keyed_positions(k, key)[i] =
                 (vec3){(float)(center.x + wide * (c * p.x - n * p.z) + travel * (double)key),
-                       (float)(center.y + 2 * p.y),
-                       (float)(center.z + wide * (n * p.x + c * p.z))};
+                       (float)(center.y + 2 * p.y), (float)(center.z + wide * (n * p.x + c * p.z))};
         }
     }
     scene_destroy(s);
@@ -149,8 +149,7 @@ typedef struct arena { /* keyed meshes and where they stand */
 static void arena_add(arena *a, keyed *k) {
     keyed_prepare(k, -INFINITY, INFINITY);
     scene_add_geometry(a->scene, &primitive_deforming, k->all);
-    mesh_desc *still =
-        scene_add_mesh(a->still_owner, k->vertices, mesh_triangle_count(&k->desc));
+    mesh_desc *still = scene_add_mesh(a->still_owner, k->vertices, mesh_triangle_count(&k->desc));
     memcpy(mesh_indices(still), k->desc.indices, k->desc.indices_count * sizeof(uint32_t));
     a->still[a->mesh_count] = still;
     a->meshes[a->mesh_count++] = k;
@@ -180,8 +179,7 @@ static bounds3 box_at_all_times(const keyed *k) {
     bounds3 box = bounds3_empty();
     for (size_t key = 0; key < k->desc.key_times_count; key++)
         for (size_t i = 0; i < k->desc.indices_count; i++)
-            box = bounds3_add_point(
-                box, k->desc.positions[key * k->vertices + k->desc.indices[i]]);
+            box = bounds3_add_point(box, k->desc.positions[key * k->vertices + k->desc.indices[i]]);
     return box;
 }
 
@@ -391,7 +389,8 @@ static void boxes_hold_their_triangles_at_all_times(void **state) {
             size_t key = interval_of(k, time, w), next = w[1] != 0 ? key + 1 : key;
             bounds3 all;
             keyed_at(k, time, a.still[i]);
-            size_t seen = check_node(&built->geometries[i].tree, k, a.still[i], 0, key, next, w, &all);
+            size_t seen =
+                check_node(&built->geometries[i].tree, k, a.still[i], 0, key, next, w, &all);
             assert_int_equal(seen, mesh_triangle_count(&k->desc));
             bounds3 whole = bounds3_union(all, built->geometries[i].bounds);
             assert_memory_equal(&whole, &built->geometries[i].bounds, sizeof whole);
@@ -474,9 +473,10 @@ static void compare_work(const char *name, keyed *k, double most_over_still, dou
         nodes[i] = (double)c[i].nodes / (TIMES * RAYS);
         tests[i] = (double)(c[i].triangles + c[i].primitives) / (TIMES * RAYS);
     }
-    printf("%s, nodes and triangles a ray: %.2f and %.2f; boxes of all times %.2f and %.2f; standing "
-           "still %.2f and %.2f\n",
-           name, nodes[0], tests[0], nodes[1], tests[1], nodes[2], tests[2]);
+    printf(
+        "%s, nodes and triangles a ray: %.2f and %.2f; boxes of all times %.2f and %.2f; standing "
+        "still %.2f and %.2f\n",
+        name, nodes[0], tests[0], nodes[1], tests[1], nodes[2], tests[2]);
     assert_true(nodes[0] < most_over_still * nodes[2] && tests[0] < most_over_still * tests[2]);
     assert_true(nodes[1] > least_saved * nodes[0] && tests[1] > least_saved * tests[0]);
     accel_destroy(tight);
@@ -548,8 +548,11 @@ static void nothing_leaks_at_any_time(void **state) {
             double gone = 0.3 * double_min(double_max(4 * (double)time, 0), 3);
             for (size_t i = 0; i < BATCH; i++) {
                 const uint32_t *index =
-                    still->indices + 3 * (size_t)rng_below(&r, (uint32_t)mesh_triangle_count(still));
-                double u = i % 4 == 0 ? 0 : i % 4 == 1 ? 0.5 : rng_unit(&r),
+                    still->indices +
+                    3 * (size_t)rng_below(&r, (uint32_t)mesh_triangle_count(still));
+                double u = i % 4 == 0   ? 0
+                           : i % 4 == 1 ? 0.5
+                                        : rng_unit(&r),
                        v = i % 4 == 3 ? (1 - u) * rng_unit(&r) : 0;
                 dvec3 p = dvec3_scale(dvec3_from(still->positions[index[0]]), 1 - u - v);
                 p = dvec3_add(p, dvec3_scale(dvec3_from(still->positions[index[1]]), u));
@@ -660,8 +663,8 @@ static void surfaces_are_those_of_the_mesh_at_the_time(void **state) {
         for (size_t i = 0; i < k->vertices; i++) { /* between unit vectors */
             dvec3 a = dvec3_normalize(dvec3_from(normals[key * k->vertices + i])),
                   b = dvec3_normalize(dvec3_from(normals[next * k->vertices + i]));
-            now[i] = vec3_from(
-                dvec3_add(dvec3_scale(a, (double)w[0]), dvec3_scale(b, (double)w[1])));
+            now[i] =
+                vec3_from(dvec3_add(dvec3_scale(a, (double)w[0]), dvec3_scale(b, (double)w[1])));
         }
         deforming_mesh room;
         const void *posed = deforming_pose(&primitive_deforming, k->all, time, &room);

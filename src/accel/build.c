@@ -127,8 +127,8 @@ static bounds3 box_at_key(const deforming_mesh *m, uint32_t key, size_t triangle
     return (bounds3){vec3_min(vec3_min(a, b), c), vec3_max(vec3_max(a, b), c)};
 }
 
-build_reference *build_deforming_references(const deforming_mesh *m, size_t *count,
-                                            bounds3 *bounds, build_way **ways) {
+build_reference *build_deforming_references(const deforming_mesh *m, size_t *count, bounds3 *bounds,
+                                            build_way **ways) {
     /* Of an even number of keys the middle is between two. */
     const uint32_t last = m->key_count - 1,
                    moments[BUILD_MOMENTS][2] = {{0, 0}, {last / 2, (last + 1) / 2}, {last, last}};
@@ -150,9 +150,9 @@ build_reference *build_deforming_references(const deforming_mesh *m, size_t *cou
             low = dvec3_add(low, dvec3_from(box.min));
             high = dvec3_add(high, dvec3_from(box.max));
         }
-        references[i] = (build_reference){vec3_from(dvec3_scale(low, 1.0 / BUILD_MOMENTS)),
-                                          (uint32_t)i,
-                                          vec3_from(dvec3_scale(high, 1.0 / BUILD_MOMENTS)), 0};
+        references[i] =
+            (build_reference){vec3_from(dvec3_scale(low, 1.0 / BUILD_MOMENTS)), (uint32_t)i,
+                              vec3_from(dvec3_scale(high, 1.0 / BUILD_MOMENTS)), 0};
     }
     return references;
 }
@@ -370,7 +370,8 @@ static void fill_way_bins(const builder *b, const range *r, way_bins *w) {
     for (int moment = 0; moment < BUILD_MOMENTS; moment++) {
         bounds3 centers = bounds3_empty();
         for (size_t i = 0; i < r->count; i++)
-            centers = bounds3_add_point(centers, way_center(&b->job->ways[references[i].id], moment));
+            centers =
+                bounds3_add_point(centers, way_center(&b->job->ways[references[i].id], moment));
         w->grid[moment] = make_binning(&centers);
         for (int axis = 0; axis < 3; axis++)
             for (int i = 0; i < BIN_COUNT; i++) clear_way_bin(&w->bins[moment][axis][i]);
@@ -659,8 +660,8 @@ static bounds3 block_bounds(const triangle_block *block) {
     bounds3 box = bounds3_empty();
     for (int i = 0; i < BVH_WIDTH; i++)
         for (int v = 0; v < 3; v++)
-            box = bounds3_add_point(
-                box, (vec3){block->vertex[v][0][i], block->vertex[v][1][i], block->vertex[v][2][i]});
+            box = bounds3_add_point(box, (vec3){block->vertex[v][0][i], block->vertex[v][1][i],
+                                                block->vertex[v][2][i]});
     return box;
 }
 
@@ -668,10 +669,9 @@ static bounds3 node_bounds(const bvh_node *node) {
     bounds3 box = bounds3_empty();
     for (int i = 0; i < BVH_WIDTH; i++) {
         if (!(node->valid >> i & 1)) continue;
-        box = bounds3_union(box, (bounds3){{node->bounds[0][0][i], node->bounds[0][1][i],
-                                            node->bounds[0][2][i]},
-                                           {node->bounds[1][0][i], node->bounds[1][1][i],
-                                            node->bounds[1][2][i]}});
+        box = bounds3_union(
+            box, (bounds3){{node->bounds[0][0][i], node->bounds[0][1][i], node->bounds[0][2][i]},
+                           {node->bounds[1][0][i], node->bounds[1][1][i], node->bounds[1][2][i]}});
     }
     return box;
 }
@@ -683,8 +683,7 @@ static void fit_key(void *data, size_t key, uint32_t worker) {
     const bvh_tree *tree = fit->tree;
     bvh_node *nodes = tree->nodes + key * tree->node_count;
     triangle_block *blocks = tree->blocks + key * tree->block_count;
-    for (size_t i = 0; i < tree->block_count; i++)
-        set_vertices(fit->m, (uint32_t)key, &blocks[i]);
+    for (size_t i = 0; i < tree->block_count; i++) set_vertices(fit->m, (uint32_t)key, &blocks[i]);
     for (size_t i = tree->node_count; i-- > 0;)
         for (uint32_t j = 0; j < BVH_WIDTH; j++) {
             uint32_t child = nodes[i].child[j];

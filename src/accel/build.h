@@ -31,9 +31,9 @@ typedef struct build_job {
     build_reference *references; /* reordered */
     size_t count;                /* at least 1 */
     const mesh_desc *mesh;       /* whose triangles; NULL: instances, or parts */
-    const build_way *ways;       /* by id: split so that boxes are small all the way; NULL: by the boxes
+    const build_way *ways; /* by id: split so that boxes are small all the way; NULL: by the boxes
                                     of the references */
-    uint32_t leaf_size;          /* 1 but for triangles */
+    uint32_t leaf_size;    /* 1 but for triangles */
     uint32_t seed;
     build_progress *progress;
 } build_job;
@@ -43,8 +43,8 @@ typedef struct build_job {
 build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds);
 /* Of a mesh that deforms: the mean of each triangle's way; *bounds holds the mesh at all keys. The ways
  * are to be freed too. */
-build_reference *build_deforming_references(const deforming_mesh *m, size_t *count,
-                                            bounds3 *bounds, build_way **ways);
+build_reference *build_deforming_references(const deforming_mesh *m, size_t *count, bounds3 *bounds,
+                                            build_way **ways);
 build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
                                        bounds3 *bounds);
 

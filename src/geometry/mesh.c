@@ -72,8 +72,7 @@ static snell_status check(const void *desc) {
                 SNELL_ERR_ARGUMENT, "indices count from 0",
                 "mesh: index %u of triangle %zu is out of range: there are %zu positions",
                 mesh->indices[i], i / 3, vertices);
-    if (mesh->key_times_count == 0)
-        status = check_per_vertex(mesh, "normals", mesh->normals_count);
+    if (mesh->key_times_count == 0) status = check_per_vertex(mesh, "normals", mesh->normals_count);
     if (!status) status = check_per_vertex(mesh, "uvs", mesh->uvs_count);
     if (!status) status = check_per_vertex(mesh, "colors", mesh->colors_count);
     if (!status) status = check_per_vertex(mesh, "alphas", mesh->alphas_count);
@@ -258,7 +257,8 @@ static void fill_surface(const void *desc, const local_ray *beam, const hit *fou
 }
 
 double mesh_corners_area(const mesh_corners *at) {
-    dvec3 ab = dvec3_sub(at->vertex[1], at->vertex[0]), ac = dvec3_sub(at->vertex[2], at->vertex[0]);
+    dvec3 ab = dvec3_sub(at->vertex[1], at->vertex[0]),
+          ac = dvec3_sub(at->vertex[2], at->vertex[0]);
     return dvec3_length(dvec3_cross(ab, ac)) / 2;
 }
 

@@ -73,8 +73,7 @@ void mesh_keys_expand(lua_State *L) {
         scene_fail(L, SNELL_ERR_SYNTAX, form, "%s: 'keys' must be a list of keys, not a %s", label,
                    luaL_typename(L, -1));
     lua_Integer count = (lua_Integer)lua_rawlen(L, -1), vertices = 0, normals = 0;
-    if (count == 0)
-        scene_fail(L, SNELL_ERR_SYNTAX, form, "%s: 'keys' has no key", label);
+    if (count == 0) scene_fail(L, SNELL_ERR_SYNTAX, form, "%s: 'keys' has no key", label);
     for (int i = 0; i < 3; i++) lua_newtable(L); /* at 3, 4 and 5, as in `plain` */
     for (lua_Integer k = 1; k <= count; k++) {
         if (lua_rawgeti(L, 2, k) != LUA_TTABLE)

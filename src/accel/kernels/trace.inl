@@ -306,8 +306,9 @@ INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32
             if (mask == 0) break;
             reference = (uint32_t)push_children(&top, node, entry, mask);
         }
-        if (mask != 0 && visit_block(q, p, &slabs, &shear, &mesh->blocks[reference & BVH_INDEX_MASK],
-                                     reference, instance, floor_t, any))
+        if (mask != 0 &&
+            visit_block(q, p, &slabs, &shear, &mesh->blocks[reference & BVH_INDEX_MASK], reference,
+                        instance, floor_t, any))
             return true;
         do {
             if (top == stack) return false;
