@@ -64,11 +64,10 @@ static void make_ball(ball *b) {
 static void make_keys(ball *b, double scale) {
     for (int k = 0; k < KEYS; k++) {
         b->times[k] = (float)(scale * k);
-        b->keys[k] = (snell_motion_key){
-            .time = b->times[k],
-            .transform = {{{1 + 0.3f * (float)k, 0, 0, 0.4f * (float)k},
-                           {0, 1, 0, k == 1 ? 0.25f : 0},
-                           {0, 0, 1 - 0.2f * (float)k, 0}}}};
+        b->keys[k] = (snell_motion_key){.time = b->times[k],
+                                        .transform = {{{1 + 0.3f * (float)k, 0, 0, 0.4f * (float)k},
+                                                       {0, 1, 0, k == 1 ? 0.25f : 0},
+                                                       {0, 0, 1 - 0.2f * (float)k, 0}}}};
         const transform *m = &b->keys[k].transform;
         transform inverse;
         assert_true(transform_inverse(m, &inverse));
@@ -117,8 +116,9 @@ static void build_way(const ball *b, bool deforms, int way, snell_material_id m)
     snell_instance_id id = place_ball(b, deforms, way == 0 ? m : (snell_material_id){0, 0});
     if (way == 0) return;
     id = group_of(id, m);
-    snell_motion_key keys[2] = {{.time = b->times[0], .transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}},
-                                {.time = b->times[2], .transform = {{{1, 0, 0, 0.2f}, {0, 1, 0, 0.1f}, {0, 0.3f, -1, 0}}}}};
+    snell_motion_key keys[2] = {
+        {.time = b->times[0], .transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}},
+        {.time = b->times[2], .transform = {{{1, 0, 0, 0.2f}, {0, 1, 0, 0.1f}, {0, 0.3f, -1, 0}}}}};
     keys[0].transform.m[2][2] = -1; /* mirrored throughout */
     if (way == 1)
         MUST(snell_scene_set_instance_transform(bench.scene, id, &keys[1].transform));
@@ -235,11 +235,12 @@ static void pictures_are_those_of_a_moving_transform(void **state) {
                 differ += fabs((double)deforming[i] - (double)moving[i]);
                 excess += (double)deforming[i] - (double)moving[i];
             }
-            double most = policy < SNELL_COOK ? 0.03 : 0.01; /* of a light, by a dozen points or by many */
+            double most =
+                policy < SNELL_COOK ? 0.03 : 0.01; /* of a light, by a dozen points or by many */
             bool alike = which == 1 ? fabs(excess) < most * sum : differ < 4e-3 * sum;
             if (alike && sum > 10) continue;
-            print_error("material %d, integrator %d: %g more, %g apart, of %g\n", which, (int)policy,
-                        excess, differ, sum);
+            print_error("material %d, integrator %d: %g more, %g apart, of %g\n", which,
+                        (int)policy, excess, differ, sum);
             fail();
         }
 }
@@ -449,9 +450,12 @@ static void bad_keys_are_refused(void **state) {
         const uint32_t *indices;
         const char *text;
     } cases[] = {
-        {positions, 9, good, 1, 0, indices, "mesh: it deforms between two keys or more, not at one"},
-        {positions, 9, same, 3, 0, indices, "mesh: key 3, at 1 s, is not later than the one before"},
-        {positions, 9, back, 3, 0, indices, "mesh: key 3, at 1 s, is not later than the one before"},
+        {positions, 9, good, 1, 0, indices,
+         "mesh: it deforms between two keys or more, not at one"},
+        {positions, 9, same, 3, 0, indices,
+         "mesh: key 3, at 1 s, is not later than the one before"},
+        {positions, 9, back, 3, 0, indices,
+         "mesh: key 3, at 1 s, is not later than the one before"},
         {positions, 9, bad, 3, 0, indices, "mesh: 'key_times' 1 is not a finite number"},
         {positions, 8, good, 3, 0, indices, "mesh: 8 positions are not as many at each of 3 keys"},
         {positions, 9, good, 3, 3, indices, "mesh: 3 normals for 9 positions"},
@@ -485,6 +489,23 @@ static void bad_keys_are_refused(void **state) {
                         "mesh: a mesh that deforms cannot be part of a solid");
 }
 
+static void a_mesh_of_nothing_deforms_too(void **state) {
+    (void)state;
+    static const float times[] = {0, 1};
+    snell_mesh_desc desc = SNELL_INIT(mesh_desc);
+    snell_shape_id id;
+    desc.key_times = times;
+    desc.key_times_count = 2;
+    MUST(snell_scene_add_mesh(bench.scene, &desc, &id));
+    place(&bench, id, (snell_material_id){0, 0});
+    place(&bench, id, add_glow(&bench, grey(1)));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    snell_ray r = {.origin = v3(0, 0, 0), .direction = v3(0, 0, 1), .t_max = INFINITY, .mask = ~0u};
+    snell_hit found;
+    MUST(snell_scene_intersect(bench.scene, &r, &found, 1));
+    assert_true(isinf(found.t));
+}
+
 /* A program that was compiled when meshes did not deform. */
 static void an_older_description_stands_still(void **state) {
     (void)state;
@@ -512,6 +533,7 @@ int main(void) {
         cmocka_unit_test_setup(memory_counts_the_keys_in_use, clear),
         cmocka_unit_test_setup(bounds_are_of_all_keys, clear),
         cmocka_unit_test_setup(bad_keys_are_refused, clear),
+        cmocka_unit_test_setup(a_mesh_of_nothing_deforms_too, clear),
         cmocka_unit_test_setup(an_older_description_stands_still, clear),
     };
     return cmocka_run_group_tests(tests, begin, end);
