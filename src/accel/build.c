@@ -127,6 +127,11 @@ static bounds3 box_at_key(const deforming_mesh *m, uint32_t key, size_t triangle
     return (bounds3){vec3_min(vec3_min(a, b), c), vec3_max(vec3_max(a, b), c)};
 }
 
+static void set_way_box(build_way *way, int moment, bounds3 box) {
+    const float sides[] = {-box.min.x, -box.min.y, -box.min.z, box.max.x, box.max.y, box.max.z};
+    memcpy(way->sides[moment], sides, sizeof sides);
+}
+
 build_reference *build_deforming_references(const deforming_mesh *m, size_t *count, bounds3 *bounds,
                                             build_way **ways) {
     /* Of an even number of keys the middle is between two. */
@@ -145,8 +150,9 @@ build_reference *build_deforming_references(const deforming_mesh *m, size_t *cou
         for (uint32_t k = 0; k < m->key_count; k++)
             *bounds = bounds3_union(*bounds, box_at_key(m, k, i));
         for (int j = 0; j < BUILD_MOMENTS; j++) {
-            bounds3 box = (*ways)[i].box[j] =
+            bounds3 box =
                 mean_box(box_at_key(m, moments[j][0], i), box_at_key(m, moments[j][1], i));
+            set_way_box(&(*ways)[i], j, box);
             low = dvec3_add(low, dvec3_from(box.min));
             high = dvec3_add(high, dvec3_from(box.max));
         }
@@ -336,11 +342,11 @@ static size_t partition(const builder *b, const range *r, const binning *g, spli
     }
 }
 
-/* ---- splitting ways: SAH with the sum of the areas at each moment, in bins along each axis at each
- * moment, so that what goes together stays together ---- */
+/* ---- splitting ways: SAH with the sum of the areas at each moment, in bins along each axis at
+ * each moment, so that what goes together stays together ---- */
 
 typedef struct way_bin {
-    bounds3 box[BUILD_MOMENTS];
+    build_way box;
     size_t count;
 } way_bin;
 
@@ -349,48 +355,60 @@ typedef struct way_bins {
     way_bin bins[BUILD_MOMENTS][3][BIN_COUNT];
 } way_bins;
 
+static bounds3 way_box(const build_way *way, int moment) {
+    const float *s = way->sides[moment];
+    return (bounds3){{-s[0], -s[1], -s[2]}, {s[3], s[4], s[5]}};
+}
+
 static vec3 way_center(const build_way *way, int moment) {
-    const bounds3 *box = &way->box[moment];
-    return (vec3){midpoint(box->min.x, box->max.x), midpoint(box->min.y, box->max.y),
-                  midpoint(box->min.z, box->max.z)};
+    bounds3 box = way_box(way, moment);
+    return (vec3){midpoint(box.min.x, box.max.x), midpoint(box.min.y, box.max.y),
+                  midpoint(box.min.z, box.max.z)};
 }
 
 static void clear_way_bin(way_bin *out) {
     out->count = 0;
-    for (int j = 0; j < BUILD_MOMENTS; j++) out->box[j] = bounds3_empty();
+    for (int j = 0; j < BUILD_MOMENTS; j++)
+        for (int i = 0; i < 6; i++) out->box.sides[j][i] = -INFINITY;
 }
 
-static void join_way_bin(way_bin *to, const way_bin *from) {
-    to->count += from->count;
-    for (int j = 0; j < BUILD_MOMENTS; j++) to->box[j] = bounds3_union(to->box[j], from->box[j]);
+static void join_way(way_bin *to, const build_way *box, size_t count) {
+    float *own = to->box.sides[0];
+    const float *more = box->sides[0];
+    to->count += count;
+    for (int i = 0; i < 6 * BUILD_MOMENTS; i++) own[i] = more[i] > own[i] ? more[i] : own[i];
 }
 
 static void fill_way_bins(const builder *b, const range *r, way_bins *w) {
     const build_reference *references = b->job->references + r->begin;
-    for (int moment = 0; moment < BUILD_MOMENTS; moment++) {
-        bounds3 centers = bounds3_empty();
-        for (size_t i = 0; i < r->count; i++)
-            centers =
-                bounds3_add_point(centers, way_center(&b->job->ways[references[i].id], moment));
-        w->grid[moment] = make_binning(&centers);
+    bounds3 centers[BUILD_MOMENTS];
+    for (int j = 0; j < BUILD_MOMENTS; j++) centers[j] = bounds3_empty();
+    for (size_t i = 0; i < r->count; i++) {
+        const build_way *way = &b->job->ways[references[i].id];
+        for (int j = 0; j < BUILD_MOMENTS; j++)
+            centers[j] = bounds3_add_point(centers[j], way_center(way, j));
+    }
+    for (int j = 0; j < BUILD_MOMENTS; j++) {
+        w->grid[j] = make_binning(&centers[j]);
         for (int axis = 0; axis < 3; axis++)
-            for (int i = 0; i < BIN_COUNT; i++) clear_way_bin(&w->bins[moment][axis][i]);
+            for (int i = 0; i < BIN_COUNT; i++) clear_way_bin(&w->bins[j][axis][i]);
     }
     for (size_t i = 0; i < r->count; i++) {
         const build_way *way = &b->job->ways[references[i].id];
-        way_bin one = {.count = 1};
-        memcpy(one.box, way->box, sizeof one.box);
-        for (int moment = 0; moment < BUILD_MOMENTS; moment++)
-            for (int axis = 0; axis < 3; axis++) {
-                uint32_t at = bin_of(&w->grid[moment], axis, way_center(way, moment));
-                join_way_bin(&w->bins[moment][axis][at], &one);
-            }
+        for (int j = 0; j < BUILD_MOMENTS; j++) {
+            vec3 center = way_center(way, j);
+            for (int axis = 0; axis < 3; axis++)
+                join_way(&w->bins[j][axis][bin_of(&w->grid[j], axis, center)], way, 1);
+        }
     }
 }
 
 static double way_cost(const builder *b, const way_bin *side) {
     double cost = 0;
-    for (int j = 0; j < BUILD_MOMENTS; j++) cost += side_cost(b, &side->box[j], side->count);
+    for (int j = 0; j < BUILD_MOMENTS; j++) {
+        bounds3 box = way_box(&side->box, j);
+        cost += side_cost(b, &box, side->count);
+    }
     return cost;
 }
 
@@ -405,12 +423,12 @@ static split best_way_split(const builder *b, const range *r, const way_bins *w,
             way_bin side;
             clear_way_bin(&side);
             for (uint32_t i = BIN_COUNT - 1; i > 0; i--) {
-                join_way_bin(&side, &bins[i]);
+                join_way(&side, &bins[i].box, bins[i].count);
                 right_cost[i] = way_cost(b, &side);
             }
             clear_way_bin(&side);
             for (uint32_t i = 1; i < BIN_COUNT; i++) {
-                join_way_bin(&side, &bins[i - 1]);
+                join_way(&side, &bins[i - 1].box, bins[i - 1].count);
                 if (side.count == 0 || side.count == r->count) continue;
                 double cost = way_cost(b, &side) + right_cost[i];
                 if (!(cost < best_cost)) continue;
@@ -425,8 +443,8 @@ static split best_way_split(const builder *b, const range *r, const way_bins *w,
 /* Reorders the range; returns how many went left, 0 where nothing can be split. */
 static size_t split_ways(const builder *b, const range *r) {
     way_bins w;
-    int moment = 0;
     fill_way_bins(b, r, &w);
+    int moment = 0;
     split s = best_way_split(b, r, &w, &moment);
     if (s.axis < 0) return 0;
     build_reference *low = b->job->references + r->begin, *high = low + r->count;

@@ -16,7 +16,8 @@ typedef struct build_reference {
 /* A triangle of a mesh that deforms at moments of its way: the first key, the middle, the last. */
 enum { BUILD_MOMENTS = 3 };
 typedef struct build_way {
-    bounds3 box[BUILD_MOMENTS];
+    float sides[BUILD_MOMENTS]
+               [6]; /* of its box: -minimum, maximum; so that boxes join by the largest */
 } build_way;
 
 /* Shared by all levels of one accel_build; workers add to `done`, the caller's thread reports. */
