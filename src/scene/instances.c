@@ -2,7 +2,7 @@
 
 #include <stdlib.h>
 
-#include "accel/layout.h"
+#include "accel/build.h"
 
 #include "base/memory.h"
 #include "geometry/mesh.h"
@@ -412,12 +412,14 @@ static uint64_t plan(const description *d, uint64_t parts, uint64_t largest) {
         if (type->primitive_count == NULL) continue;
         uint64_t count = type->primitive_count(shapes->items[i].desc);
         uint64_t building = count * (type->intersect ? BUILD_BYTES : TRIANGLE_BUILD_BYTES);
-        if (deforms(&shapes->items[i])) /* the tree once for each key that counts */
+        if (deforms(&shapes->items[i])) { /* the tree once for each key that counts */
+            building += count * sizeof(build_way);
             trees += count * TRIANGLE_BYTES *
                          (uint64_t)deforming_count_keys(shapes->items[i].desc, times[0], times[1]) +
                      sizeof(deforming_mesh);
-        else
+        } else {
             trees += count * (type->intersect ? NODES_BYTES : TRIANGLE_BYTES);
+        }
         if (building > most) most = building;
     }
     return (1u << 16) + shapes->count * (sizeof(frozen_geometry) + sizeof(accel_geometry)) +
