@@ -6,7 +6,9 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "geometry/deforming.h"
 #include "kernel_scenes.h"
+#include "maths/functions.h"
 #include "measure.h"
 
 #if BENCH_HAS_EMBREE
@@ -22,7 +24,7 @@ enum { EMBREE = TRACERS - 1, SHADOW = 1 };
 
 typedef struct settings {
     uint32_t size, rounds, leaf_size;
-    bool json, embree;
+    bool json, embree, deforming;
 } settings;
 
 typedef struct ray_set {
@@ -39,6 +41,8 @@ typedef struct bench {
     bench_scene scene;
     bounds3 bounds;
     mesh_desc mesh;
+    vec3 *keys; /* of a mesh that deforms: positions at both */
+    deforming_mesh *deforming;
     void *sphere_descs;
     accel_geometry *geometries;
     accel_instance *instances;
@@ -63,6 +67,28 @@ static void *need(void *memory) {
 
 /* ---- building ---- */
 
+static const float key_times[2] = {0, 1};
+
+/* At the second key it is stretched, and twisted about y by up to a radian. */
+static void describe_deforming(bench *b) {
+    const bench_scene *s = &b->scene;
+    double height = (double)b->bounds.max.y - (double)b->bounds.min.y;
+    b->keys = need(memory_resize(NULL, 2 * s->position_count, sizeof *b->keys));
+    for (size_t i = 0; i < s->position_count; i++) {
+        dvec3 p = dvec3_from(s->positions[i]);
+        double turn = (p.y - (double)b->bounds.min.y) / height, c = fn_cos(turn), n = fn_sin(turn);
+        b->keys[i] = s->positions[i];
+        b->keys[s->position_count + i] = (vec3){(float)(1.2 * (c * p.x - n * p.z)),
+                                                s->positions[i].y, (float)(n * p.x + c * p.z)};
+    }
+    b->mesh.positions = b->keys;
+    b->mesh.positions_count = 2 * s->position_count;
+    b->mesh.key_times = key_times;
+    b->mesh.key_times_count = 2;
+    b->deforming = need(deforming_create(&b->mesh, 0, 1));
+    b->geometries[0] = (accel_geometry){.type = &primitive_deforming, .desc = b->deforming};
+}
+
 static void describe_scene(bench *b) {
     const bench_scene *s = &b->scene;
     size_t count = s->sphere_count ? s->sphere_count : 1;
@@ -77,6 +103,7 @@ static void describe_scene(bench *b) {
                               .indices = s->indices,
                               .indices_count = s->index_count};
         b->geometries[0] = (accel_geometry){.type = primitive_find("mesh"), .desc = &b->mesh};
+        if (b->settings.deforming) describe_deforming(b);
         return;
     }
     const primitive_type *type = primitive_find("sphere");
@@ -122,9 +149,15 @@ static void build_embree(bench *b) {
                                            sizeof(bench_sphere), s->sphere_count);
         memcpy(need(to), s->spheres, s->sphere_count * sizeof(bench_sphere));
     } else {
-        void *to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                                           sizeof(vec3), s->position_count);
-        memcpy(need(to), s->positions, s->position_count * sizeof(vec3));
+        unsigned keys = b->deforming ? 2 : 1;
+        void *to;
+        rtcSetGeometryTimeStepCount(g, keys);
+        for (unsigned k = 0; k < keys; k++) {
+            to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, k, RTC_FORMAT_FLOAT3,
+                                         sizeof(vec3), s->position_count);
+            memcpy(need(to), b->deforming ? b->keys + k * s->position_count : s->positions,
+                   s->position_count * sizeof(vec3));
+        }
         to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
                                      3 * sizeof(uint32_t), s->index_count / 3);
         memcpy(need(to), s->indices, s->index_count * sizeof(uint32_t));
@@ -159,8 +192,8 @@ static void trace_embree(const bench *b, const ray_set *set, hit *hits, bool sha
     rtcInitIntersectContext(&context);
     for (size_t i = 0; i < set->count; i++) {
         const ray *r = &set->rays[i];
-        struct RTCRayHit q = {.ray = {r->o.x, r->o.y, r->o.z, r->t_min, r->d.x, r->d.y, r->d.z, 0,
-                                      r->t_max, ~0u, 0, 0},
+        struct RTCRayHit q = {.ray = {r->o.x, r->o.y, r->o.z, r->t_min, r->d.x, r->d.y, r->d.z,
+                                      r->time, r->t_max, ~0u, 0, 0},
                               .hit.geomID = RTC_INVALID_GEOMETRY_ID};
         if (shadow) {
             rtcOccluded1(b->embree, &context, &q.ray);
@@ -220,7 +253,8 @@ static void make_primary(bench *b) {
         uint32_t x = block % (n / 8) * 8 + inside % 8, y = block / (n / 8) * 8 + inside / 8;
         double sx = 0.7 * ((x + 0.5) / n - 0.5), sy = 0.7 * (0.5 - (y + 0.5) / n);
         dvec3 d = dvec3_sub(dvec3_add(dvec3_scale(right, sx), dvec3_scale(up, sy)), back);
-        set->rays[set->count++] = ray_make(eye, vec3_from(dvec3_normalize(d)), 0, INFINITY);
+        set->rays[set->count] = ray_make(eye, vec3_from(dvec3_normalize(d)), 0, INFINITY);
+        set->rays[set->count++].time = (float)(i * 2654435769u >> 8) * 0x1p-24f;
     }
 }
 
@@ -255,6 +289,8 @@ static void make_secondary(bench *b) {
         vec3 to_light = vec3_from(dvec3_sub(light, o));
         shadow->rays[shadow->count++] = ray_make(vec3_from(o), to_light, 0, 1);
         mirror->rays[mirror->count++] = ray_make(vec3_from(o), vec3_from(r), 0, INFINITY);
+        shadow->rays[shadow->count - 1].time = from->rays[i].time;
+        mirror->rays[mirror->count - 1].time = from->rays[i].time;
     }
 }
 
@@ -373,6 +409,8 @@ static void clean(bench *b) {
     }
     accel_destroy(b->accel);
     free(b->sphere_descs);
+    free(b->keys);
+    free(b->deforming);
     free(b->geometries);
     free(b->instances);
     bench_scene_free(&b->scene);
@@ -392,8 +430,8 @@ static uint32_t number(const char *text, uint32_t low, uint32_t high) {
     return (uint32_t)value;
 }
 
-static const char usage[] = "usage: bench-kernel [--json] [--no-embree] [--size N] [--rounds N] "
-                            "[--leaf-size N] [blob|blob-1m|balls|FILE.obj]...";
+static const char usage[] = "usage: bench-kernel [--json] [--no-embree] [--deforming] [--size N] "
+                            "[--rounds N] [--leaf-size N] [blob|blob-1m|balls|FILE.obj]...";
 
 int main(int argc, char **argv) {
     settings s = {.size = 512, .rounds = 9, .embree = true};
@@ -404,6 +442,8 @@ int main(int argc, char **argv) {
             s.json = true;
         else if (strcmp(argv[i], "--no-embree") == 0)
             s.embree = false;
+        else if (strcmp(argv[i], "--deforming") == 0)
+            s.deforming = true;
         else if (strcmp(argv[i], "--size") == 0)
             s.size = number(argv[++i], 8, 8192) / 8 * 8;
         else if (strcmp(argv[i], "--rounds") == 0)

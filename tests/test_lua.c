@@ -874,6 +874,37 @@ static void heights_are_a_list_a_function_or_a_picture(void **state) {
     description_destroy(d);
 }
 
+/* The table of a program stays as it is: keys become one list. */
+static void keys_of_meshes_arrive(void **state) {
+    (void)state;
+    description *d = run_good(
+        "local flat = {{0,0,0}, {1,0,0}, {0,0,1}}\n"
+        "local up = {{0,0,-1}, {0,1,0}, {0,1,0}}\n"
+        "local t = { indices = {{0, 2, 1}}, uvs = {{0,0}, {1,0}, {0,1}}, keys = {\n"
+        "  {time = 0.5, positions = flat, normals = up},\n"
+        "  {time = 0.75, positions = {{0,1,0}, {2,0,0}, {0,0,3}}, normals = up} } }\n"
+        "local m = mesh(t)\n"
+        "assert(m.bounds.max[1] == 2 and m.bounds.size[3] == 3 and #t.keys == 2)\n"
+        "mesh { indices = {0, 1, 2}, keys = { {time = 0, positions = {0,0,0, 1,0,0, 0,0,1}},\n"
+        "  {time = 1, positions = {0,0,0, 1,0,0, 0,5,1}} } }\n"
+        "mesh { indices = {0, 1, 2}, positions = {0,0,0, 1,0,0, 0,0,1, 0,0,0, 1,0,0, 0,5,1},\n"
+        "  key_times = {0, 1} }");
+    const mesh_desc *m = desc_of(d, CATEGORY_SHAPE, 0);
+    assert_int_equal(m->key_times_count, 2);
+    assert_true(m->key_times[0] == 0.5f && m->key_times[1] == 0.75f);
+    assert_int_equal(m->positions_count, 6);
+    assert_int_equal(m->normals_count, 6);
+    assert_int_equal(m->uvs_count, 3);
+    assert_true(m->positions[1].x == 1 && m->positions[3].y == 1 && m->positions[5].z == 3);
+    assert_true(m->normals[0].z == -1 && m->normals[3].z == -1);
+    const mesh_desc *a = desc_of(d, CATEGORY_SHAPE, 1), *b = desc_of(d, CATEGORY_SHAPE, 2);
+    assert_int_equal(a->positions_count, 6);
+    assert_int_equal(b->positions_count, 6);
+    assert_memory_equal(a->positions, b->positions, 6 * sizeof *a->positions);
+    assert_true(a->normals_count == 0 && a->key_times[1] == b->key_times[1]);
+    description_destroy(d);
+}
+
 static void programs_can_be_forbidden(void **state) {
     (void)state;
     description *d;
@@ -936,6 +967,7 @@ int main(void) {
         cmocka_unit_test(errors_in_other_files_name_them),
         cmocka_unit_test(images_are_read),
         cmocka_unit_test(heights_are_a_list_a_function_or_a_picture),
+        cmocka_unit_test(keys_of_meshes_arrive),
         cmocka_unit_test(programs_can_be_forbidden),
         cmocka_unit_test(too_little_memory_is_an_error),
     };

@@ -104,6 +104,43 @@ static snell_shape_id add_sheet(rig *r, const snell_material_id *materials) {
     return id;
 }
 
+/* A curtain that waves: no two of its vertices go the same way. Its keys lie in and about the time that
+ * the shutter is open. */
+static snell_shape_id add_curtain(rig *r) {
+    enum { SIDE = 7, COUNT = SIDE * SIDE, CELLS = (SIDE - 1) * (SIDE - 1), KEYS = 4 };
+    static const float times[KEYS] = {-0.01f, 0.004f, 0.015f, 0.5f};
+    static snell_vec3 positions[KEYS * COUNT], normals[KEYS * COUNT];
+    static snell_vec2 uvs[COUNT];
+    static uint32_t indices[CELLS * 6];
+    uint64_t random = 23;
+    for (uint32_t i = 0; i < KEYS * COUNT; i++) {
+        double u = (i % COUNT % SIDE) / (SIDE - 1.0), v = (i % COUNT / SIDE) / (SIDE - 1.0);
+        snell_vec3 by = random_vec3(&random), slope = random_vec3(&random);
+        positions[i] = v3(1.4 * u + 0.2 * (double)by.x, 1.2 * v + 0.2 * (double)by.y,
+                          0.5 * (double)by.z + 0.1 * (i / COUNT));
+        normals[i] = v3(0.5 * (double)slope.x - 0.25, 0.5 * (double)slope.y - 0.25, 1);
+        uvs[i % COUNT] = (snell_vec2){(float)u, (float)v};
+    }
+    for (uint32_t i = 0; i < CELLS; i++) {
+        uint32_t a = i / (SIDE - 1) * SIDE + i % (SIDE - 1);
+        const uint32_t corners[6] = {a, a + 1, a + SIDE, a + 1, a + SIDE + 1, a + SIDE};
+        memcpy(indices + (size_t)6 * i, corners, sizeof corners);
+    }
+    snell_mesh_desc desc = SNELL_INIT(mesh_desc);
+    snell_shape_id id;
+    desc.positions = positions;
+    desc.normals = normals;
+    desc.positions_count = desc.normals_count = KEYS * COUNT;
+    desc.uvs = uvs;
+    desc.uvs_count = COUNT;
+    desc.indices = indices;
+    desc.indices_count = CELLS * 6;
+    desc.key_times = times;
+    desc.key_times_count = KEYS;
+    MUST(snell_scene_add_mesh(r->scene, &desc, &id));
+    return id;
+}
+
 /* An octahedron: closed, so that glass and the mirrored instances of it have an inside. */
 static snell_shape_id add_gem(rig *r) {
     static const uint32_t faces[] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
@@ -203,6 +240,9 @@ static void build_shapes(rig *r, snell_material_id shiny, snell_material_id pain
     add_box(r, v3(-2, 0, 0.5), v3(-1, 0.6, 1.3), water);
     add_box(r, v3(-1.2, -0.1, 0.6), v3(-0.8, 0.8, 1.2), glass);
     add_sphere(r, v3(1.8, 0.5, -1), 0.5, shiny);
+    snell_shape_id curtain = add_curtain(r);
+    put(r, curtain, painted, turned(1, 1, 1, 1, v3(-2.2, 0.5, 0.2)));
+    put(r, curtain, glass, turned(3, 0.8, 1, -1, v3(1.8, 1, 0.4)));
     const snell_material_id both[2] = {painted, glass};
     snell_shape_id sheet = add_sheet(r, both), gem = add_gem(r);
     build_solids(r, gem, painted);
@@ -285,12 +325,13 @@ static void build_groups(rig *r) {
     snell_shape_id gem = add_gem(r);
     snell_material_id painted = add_lambert(r, v3(0.7, 0.4, 0.2));
     snell_material_id glass = add_glass(r, 1.5, v3(0.5, 0.1, 0.3), 1);
-    snell_instance_id parts[3];
+    snell_instance_id parts[4];
     snell_shape_id group;
     parts[0] = place(r, gem, painted);
     parts[1] = add_sphere(r, v3(1.5, 0, 0), 0.6, (snell_material_id){0, 0});
+    parts[3] = place(r, add_curtain(r), painted);
     parts[2] = add_box(r, v3(-0.4, -2, -0.4), v3(0.4, -1.1, 0.4), add_glow(r, v3(0.3, 0.2, 0.1)));
-    MUST(snell_scene_add_group(r->scene, parts, 3, "gems", &group));
+    MUST(snell_scene_add_group(r->scene, parts, 4, "gems", &group));
     for (int level = 0; level < 3; level++) {
         for (int i = 0; i < 2; i++) {
             snell_transform at = turned(i + level, i % 2 ? -0.5 : 0.45, 0.5, 0.4,

@@ -144,6 +144,12 @@ static const char motion_text[] =
     "keys are less than half a turn apart; before the first and after the last\n"
     "nothing moves.\n"
     "\n"
+    "  mesh { indices = {..}, keys = { {time = 0, positions = {..}, normals = {..}},\n"
+    "                                  {time = 0.02, positions = {..}, ..}, .. } }\n"
+    "\n"
+    "A mesh deforms: every vertex goes straight from key to key. All keys have as\n"
+    "many positions, and normals or none.\n"
+    "\n"
     "A camera's shutter = {open, close} counts in frames from the frame's own time;\n"
     "{0, 0.5} is the usual half. shutter = {0, 0} freezes everything.\n"
     "\n"
@@ -386,7 +392,8 @@ static const struct {
      "In a scene the two colours may come first: texture.checker { 0.9, 0.1, size = 0.5 }."},
     {"shape", "mesh",
      "In a scene also mesh { file = \"bunny.ply\" }: the surfaces of another file, with none of "
-     "the fields below."},
+     "the fields below; and keys = { {time = 0, positions = {..}, normals = {..}}, .. } in place of "
+     "positions, normals and key_times: 'snell help motion'."},
     {"shape", "solid",
      "In a scene: union { a, b }, intersection { a, b } or difference { a, b }: 'snell help "
      "union'. "

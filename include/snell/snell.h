@@ -1578,6 +1578,8 @@ typedef struct snell_mesh_desc { /* triangles */
     size_t material_slots_count;
     const snell_material_id *materials; /* the materials that material_slots choose from */
     size_t materials_count;
+    const float *key_times; /* of a mesh that deforms: ascending times; positions and normals are lists for each, one after the other, and linear in between; s */
+    size_t key_times_count;
 } snell_mesh_desc;
 static inline snell_mesh_desc snell_mesh_desc_init(size_t struct_size) {
     snell_mesh_desc desc;

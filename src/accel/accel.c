@@ -20,7 +20,10 @@ typedef struct tree_builds {
     build_progress *progress;
 } tree_builds;
 
-static bool is_mesh(const primitive_type *type) { return type->intersect == NULL; }
+static bool is_deforming(const primitive_type *type) { return type == &primitive_deforming; }
+static bool is_mesh(const primitive_type *type) {
+    return type->intersect == NULL && !is_deforming(type);
+}
 static bool has_tree(const primitive_type *type) { return type->primitive_count != NULL; }
 
 static uint32_t leaf_size(const accel_options *options) {
@@ -31,18 +34,31 @@ static uint32_t leaf_size(const accel_options *options) {
 
 static snell_status build_geometry(frozen_geometry *g, const accel_options *options,
                                    build_progress *progress, thread_pool *pool, bool reports) {
-    const mesh_desc *mesh = is_mesh(g->type) ? g->desc : NULL;
+    const deforming_mesh *deforming = is_deforming(g->type) ? g->desc : NULL;
+    const mesh_desc *mesh = deforming ? &deforming->mesh : is_mesh(g->type) ? g->desc : NULL;
+    build_way *ways = NULL;
     build_job job = {.mesh = mesh,
                      .leaf_size = mesh ? leaf_size(options) : 1,
                      .seed = options ? options->seed : 0,
                      .progress = progress};
-    if (mesh)
+    if (deforming)
+        job.references = build_deforming_references(deforming, &job.count, &g->bounds, &ways);
+    else if (mesh)
         job.references = build_mesh_references(mesh, &job.count, &g->bounds);
     else
         job.references = build_part_references(g->type, g->desc, &job.count, &g->bounds);
-    if (job.references == NULL) return SNELL_ERR_MEMORY;
+    if (job.references == NULL) {
+        free(ways);
+        return SNELL_ERR_MEMORY;
+    }
+    job.ways = ways;
     snell_status status = job.count ? build_tree(&job, pool, reports, &g->tree) : SNELL_OK;
     free(job.references);
+    free(ways);
+    if (deforming && status == SNELL_OK && job.count) {
+        if (!build_tree_at_keys(deforming, pool, &g->tree)) return SNELL_ERR_MEMORY;
+        g->tree.bounds = g->bounds;
+    }
     return status;
 }
 
@@ -211,7 +227,11 @@ static snell_status build_level(const accel *a, const accel_instance *instances,
         references ? copy_instances(a, instances, instance_count, in_group, out, references, &count)
                    : SNELL_ERR_MEMORY;
     if (status == SNELL_OK && count > 0) {
-        build_job job = {references, count, NULL, 1, options ? options->seed : 0, progress};
+        build_job job = {.references = references,
+                         .count = count,
+                         .leaf_size = 1,
+                         .seed = options ? options->seed : 0,
+                         .progress = progress};
         status = build_tree(&job, pool, true, &out->top);
     }
     if (count == 0) out->top.bounds = bounds3_empty();
@@ -303,11 +323,13 @@ accel_memory accel_get_memory(const accel *a) {
     add_level_memory(&m, &a->world);
     for (size_t i = 0; i < a->geometry_count; i++) {
         const frozen_geometry *g = &a->geometries[i];
-        m.node_bytes += g->tree.node_count * sizeof *g->tree.nodes;
-        m.triangle_bytes += g->tree.block_count * sizeof *g->tree.blocks;
+        bool deforming = g->type && is_deforming(g->type);
+        uint64_t keys = deforming ? ((const deforming_mesh *)g->desc)->key_count : 1;
+        m.node_bytes += keys * g->tree.node_count * sizeof *g->tree.nodes;
+        m.triangle_bytes += keys * g->tree.block_count * sizeof *g->tree.blocks;
         add_level_memory(&m, &g->level);
-        if (g->used && g->type && is_mesh(g->type))
-            m.triangle_count += mesh_triangle_count(g->desc);
+        if (g->used && g->type && mesh_is(g->type))
+            m.triangle_count += primitive_count_of(g->type, g->desc);
     }
     return m;
 }

@@ -115,6 +115,54 @@ build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bou
     return references;
 }
 
+static bounds3 mean_box(bounds3 a, bounds3 b) {
+    return (bounds3){vec3_scale(vec3_add(a.min, b.min), 0.5f),
+                     vec3_scale(vec3_add(a.max, b.max), 0.5f)};
+}
+
+static bounds3 box_at_key(const deforming_mesh *m, uint32_t key, size_t triangle) {
+    const uint32_t *index = m->mesh.indices + 3 * triangle;
+    const vec3 *at = deforming_positions(m, key);
+    vec3 a = at[index[0]], b = at[index[1]], c = at[index[2]];
+    return (bounds3){vec3_min(vec3_min(a, b), c), vec3_max(vec3_max(a, b), c)};
+}
+
+static void set_way_box(build_way *way, int moment, bounds3 box) {
+    const float sides[] = {-box.min.x, -box.min.y, -box.min.z, box.max.x, box.max.y, box.max.z};
+    memcpy(way->sides[moment], sides, sizeof sides);
+}
+
+build_reference *build_deforming_references(const deforming_mesh *m, size_t *count, bounds3 *bounds,
+                                            build_way **ways) {
+    /* Of an even number of keys the middle is between two. */
+    const uint32_t last = m->key_count - 1,
+                   moments[BUILD_MOMENTS][2] = {{0, 0}, {last / 2, (last + 1) / 2}, {last, last}};
+    *count = mesh_triangle_count(&m->mesh);
+    build_reference *references = memory_resize(NULL, *count, sizeof *references);
+    *ways = memory_resize(NULL, *count, sizeof **ways);
+    if (references == NULL || *ways == NULL) {
+        free(references);
+        return NULL;
+    }
+    *bounds = bounds3_empty();
+    for (size_t i = 0; i < *count; i++) {
+        dvec3 low = {0, 0, 0}, high = {0, 0, 0};
+        for (uint32_t k = 0; k < m->key_count; k++)
+            *bounds = bounds3_union(*bounds, box_at_key(m, k, i));
+        for (int j = 0; j < BUILD_MOMENTS; j++) {
+            bounds3 box =
+                mean_box(box_at_key(m, moments[j][0], i), box_at_key(m, moments[j][1], i));
+            set_way_box(&(*ways)[i], j, box);
+            low = dvec3_add(low, dvec3_from(box.min));
+            high = dvec3_add(high, dvec3_from(box.max));
+        }
+        references[i] =
+            (build_reference){vec3_from(dvec3_scale(low, 1.0 / BUILD_MOMENTS)), (uint32_t)i,
+                              vec3_from(dvec3_scale(high, 1.0 / BUILD_MOMENTS)), 0};
+    }
+    return references;
+}
+
 build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
                                        bounds3 *bounds) {
     uint32_t parts = primitive_count_of(type, desc);
@@ -294,9 +342,131 @@ static size_t partition(const builder *b, const range *r, const binning *g, spli
     }
 }
 
+/* ---- splitting ways: SAH with the sum of the areas at each moment, in bins along each axis at
+ * each moment, so that what goes together stays together ---- */
+
+typedef struct way_bin {
+    build_way box;
+    size_t count;
+} way_bin;
+
+typedef struct way_bins {
+    binning grid[BUILD_MOMENTS];
+    way_bin bins[BUILD_MOMENTS][3][BIN_COUNT];
+} way_bins;
+
+static bounds3 way_box(const build_way *way, int moment) {
+    const float *s = way->sides[moment];
+    return (bounds3){{-s[0], -s[1], -s[2]}, {s[3], s[4], s[5]}};
+}
+
+static vec3 way_center(const build_way *way, int moment) {
+    bounds3 box = way_box(way, moment);
+    return (vec3){midpoint(box.min.x, box.max.x), midpoint(box.min.y, box.max.y),
+                  midpoint(box.min.z, box.max.z)};
+}
+
+static void clear_way_bin(way_bin *out) {
+    out->count = 0;
+    for (int j = 0; j < BUILD_MOMENTS; j++)
+        for (int i = 0; i < 6; i++) out->box.sides[j][i] = -INFINITY;
+}
+
+static void join_way(way_bin *to, const build_way *box, size_t count) {
+    float *own = to->box.sides[0];
+    const float *more = box->sides[0];
+    to->count += count;
+    for (int i = 0; i < 6 * BUILD_MOMENTS; i++) own[i] = more[i] > own[i] ? more[i] : own[i];
+}
+
+static void fill_way_bins(const builder *b, const range *r, way_bins *w) {
+    const build_reference *references = b->job->references + r->begin;
+    bounds3 centers[BUILD_MOMENTS];
+    for (int j = 0; j < BUILD_MOMENTS; j++) centers[j] = bounds3_empty();
+    for (size_t i = 0; i < r->count; i++) {
+        const build_way *way = &b->job->ways[references[i].id];
+        for (int j = 0; j < BUILD_MOMENTS; j++)
+            centers[j] = bounds3_add_point(centers[j], way_center(way, j));
+    }
+    for (int j = 0; j < BUILD_MOMENTS; j++) {
+        w->grid[j] = make_binning(&centers[j]);
+        for (int axis = 0; axis < 3; axis++)
+            for (int i = 0; i < BIN_COUNT; i++) clear_way_bin(&w->bins[j][axis][i]);
+    }
+    for (size_t i = 0; i < r->count; i++) {
+        const build_way *way = &b->job->ways[references[i].id];
+        for (int j = 0; j < BUILD_MOMENTS; j++) {
+            vec3 center = way_center(way, j);
+            for (int axis = 0; axis < 3; axis++)
+                join_way(&w->bins[j][axis][bin_of(&w->grid[j], axis, center)], way, 1);
+        }
+    }
+}
+
+static double way_cost(const builder *b, const way_bin *side) {
+    double cost = 0;
+    for (int j = 0; j < BUILD_MOMENTS; j++) {
+        bounds3 box = way_box(&side->box, j);
+        cost += side_cost(b, &box, side->count);
+    }
+    return cost;
+}
+
+static split best_way_split(const builder *b, const range *r, const way_bins *w, int *moment) {
+    split best = {-1, 0};
+    double best_cost = INFINITY;
+    for (int j = 0; j < BUILD_MOMENTS; j++)
+        for (int axis = 0; axis < 3; axis++) {
+            if (w->grid[j].scale[axis] == 0) continue;
+            const way_bin *bins = w->bins[j][axis];
+            double right_cost[BIN_COUNT];
+            way_bin side;
+            clear_way_bin(&side);
+            for (uint32_t i = BIN_COUNT - 1; i > 0; i--) {
+                join_way(&side, &bins[i].box, bins[i].count);
+                right_cost[i] = way_cost(b, &side);
+            }
+            clear_way_bin(&side);
+            for (uint32_t i = 1; i < BIN_COUNT; i++) {
+                join_way(&side, &bins[i - 1].box, bins[i - 1].count);
+                if (side.count == 0 || side.count == r->count) continue;
+                double cost = way_cost(b, &side) + right_cost[i];
+                if (!(cost < best_cost)) continue;
+                best_cost = cost;
+                best = (split){axis, i};
+                *moment = j;
+            }
+        }
+    return best;
+}
+
+/* Reorders the range; returns how many went left, 0 where nothing can be split. */
+static size_t split_ways(const builder *b, const range *r) {
+    way_bins w;
+    fill_way_bins(b, r, &w);
+    int moment = 0;
+    split s = best_way_split(b, r, &w, &moment);
+    if (s.axis < 0) return 0;
+    build_reference *low = b->job->references + r->begin, *high = low + r->count;
+    const build_reference *begin = low;
+    while (low < high) {
+        vec3 center = way_center(&b->job->ways[low->id], moment);
+        if (bin_of(&w.grid[moment], s.axis, center) < s.bin) {
+            low++;
+            continue;
+        }
+        build_reference swap = *low;
+        *low = *--high;
+        *high = swap;
+    }
+    return (size_t)(low - begin);
+}
+
 static void split_range(const builder *b, const range *r, range *left, range *right) {
     size_t count = 0;
-    if (r->depth < BVH_SAH_DEPTH) {
+    if (r->depth < BVH_SAH_DEPTH && b->job->ways && !b->job->seed) {
+        count = split_ways(b, r);
+    } else if (r->depth < BVH_SAH_DEPTH) {
         binning g = make_binning(&r->centers);
         split s = b->job->seed ? random_split(b, r, &g) : best_split(b, r, &g);
         if (s.axis >= 0) count = partition(b, r, &g, s);
@@ -484,6 +654,85 @@ static bool join(const builder *b, const part *upper, bvh_tree *out) {
 static void free_part(part *p) {
     free(p->nodes);
     free(p->blocks);
+}
+
+/* ---- meshes that deform ---- */
+
+typedef struct key_fit {
+    const deforming_mesh *m;
+    const bvh_tree *tree; /* whose nodes and blocks of the first key are there */
+} key_fit;
+
+static void set_vertices(const deforming_mesh *m, uint32_t key, triangle_block *block) {
+    const vec3 *positions = deforming_positions(m, key);
+    for (size_t i = 0; i < BVH_WIDTH; i++)
+        for (size_t v = 0; v < 3; v++) {
+            vec3 position = positions[m->mesh.indices[3 * (size_t)block->primitive[i] + v]];
+            for (int axis = 0; axis < 3; axis++)
+                block->vertex[v][axis][i] = axis_of(position, axis);
+        }
+}
+
+/* Unused triangles repeat the last. */
+static bounds3 block_bounds(const triangle_block *block) {
+    bounds3 box = bounds3_empty();
+    for (int i = 0; i < BVH_WIDTH; i++)
+        for (int v = 0; v < 3; v++)
+            box = bounds3_add_point(box, (vec3){block->vertex[v][0][i], block->vertex[v][1][i],
+                                                block->vertex[v][2][i]});
+    return box;
+}
+
+static bounds3 node_bounds(const bvh_node *node) {
+    bounds3 box = bounds3_empty();
+    for (int i = 0; i < BVH_WIDTH; i++) {
+        if (!(node->valid >> i & 1)) continue;
+        box = bounds3_union(
+            box, (bounds3){{node->bounds[0][0][i], node->bounds[0][1][i], node->bounds[0][2][i]},
+                           {node->bounds[1][0][i], node->bounds[1][1][i], node->bounds[1][2][i]}});
+    }
+    return box;
+}
+
+/* Nodes come before their children. */
+static void fit_key(void *data, size_t key, uint32_t worker) {
+    (void)worker;
+    const key_fit *fit = data;
+    const bvh_tree *tree = fit->tree;
+    bvh_node *nodes = tree->nodes + key * tree->node_count;
+    triangle_block *blocks = tree->blocks + key * tree->block_count;
+    for (size_t i = 0; i < tree->block_count; i++) set_vertices(fit->m, (uint32_t)key, &blocks[i]);
+    for (size_t i = tree->node_count; i-- > 0;)
+        for (uint32_t j = 0; j < BVH_WIDTH; j++) {
+            uint32_t child = nodes[i].child[j];
+            if (!(nodes[i].valid >> j & 1)) continue;
+            bounds3 box = child & BVH_LEAF ? block_bounds(&blocks[child & BVH_INDEX_MASK])
+                                           : node_bounds(&nodes[child]);
+            set_child_box(&nodes[i], j, &box);
+        }
+}
+
+bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tree) {
+    size_t node_bytes = tree->node_count * sizeof *tree->nodes,
+           block_bytes = tree->block_count * sizeof *tree->blocks;
+    if (m->key_count > (SIZE_MAX - 64) / (node_bytes + block_bytes)) return false;
+    bvh_tree all = *tree;
+    all.nodes = memory_aligned(m->key_count * node_bytes);
+    all.blocks = memory_aligned(m->key_count * block_bytes);
+    if (all.nodes == NULL || all.blocks == NULL) {
+        build_tree_free(&all);
+        return false;
+    }
+    for (uint32_t k = 0; k < m->key_count; k++) {
+        if (node_bytes) memcpy(all.nodes + k * all.node_count, tree->nodes, node_bytes);
+        memcpy(all.blocks + k * all.block_count, tree->blocks, block_bytes);
+    }
+    build_tree_free(tree);
+    *tree = all;
+    key_fit fit = {m, tree};
+    if (pool) thread_pool_run(pool, m->key_count, fit_key, &fit);
+    for (uint32_t k = 0; k < m->key_count && !pool; k++) fit_key(&fit, k, 0);
+    return true;
 }
 
 void build_tree_free(bvh_tree *tree) {

@@ -13,6 +13,13 @@ typedef struct build_reference {
     uint32_t unused;
 } build_reference;
 
+/* A triangle of a mesh that deforms at moments of its way: the first key, the middle, the last. */
+enum { BUILD_MOMENTS = 3 };
+typedef struct build_way {
+    float sides[BUILD_MOMENTS]
+               [6]; /* of its box: -minimum, maximum; so that boxes join by the largest */
+} build_way;
+
 /* Shared by all levels of one accel_build; workers add to `done`, the caller's thread reports. */
 typedef struct build_progress {
     const accel_options *options;
@@ -25,7 +32,9 @@ typedef struct build_job {
     build_reference *references; /* reordered */
     size_t count;                /* at least 1 */
     const mesh_desc *mesh;       /* whose triangles; NULL: instances, or parts */
-    uint32_t leaf_size;          /* 1 but for triangles */
+    const build_way *ways; /* by id: split so that boxes are small all the way; NULL: by the boxes
+                                    of the references */
+    uint32_t leaf_size;    /* 1 but for triangles */
     uint32_t seed;
     build_progress *progress;
 } build_job;
@@ -33,6 +42,10 @@ typedef struct build_job {
 /* The triangles of a mesh, or the parts of another shape that are not empty; NULL without memory.
  * *bounds is their box. */
 build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds);
+/* Of a mesh that deforms: the mean of each triangle's way; *bounds holds the mesh at all keys. The ways
+ * are to be freed too. */
+build_reference *build_deforming_references(const deforming_mesh *m, size_t *count, bounds3 *bounds,
+                                            build_way **ways);
 build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
                                        bounds3 *bounds);
 
@@ -40,6 +53,9 @@ build_reference *build_part_references(const primitive_type *type, const void *d
  * reports only if `reports`). SNELL_OK, SNELL_CANCELLED or SNELL_ERR_MEMORY; no message is set. On
  * failure *out is zero. */
 snell_status build_tree(const build_job *job, thread_pool *pool, bool reports, bvh_tree *out);
+/* A tree that was built from those mean boxes becomes one for each key, with the boxes and vertices of
+ * that key. False: out of memory. */
+bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tree);
 void build_tree_free(bvh_tree *tree);
 
 /* False: stop. */

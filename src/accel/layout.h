@@ -4,6 +4,7 @@
  *     the world: nodes over instances ──▶ instance ──▶ analytic shape: its `intersect`
  *                                            ├───────▶ mesh: nodes over triangles ──▶ blocks of 8
  *                                            ├───────▶ parts: nodes over them ──▶ `intersect` of each
+ *                                            ├───────▶ mesh that deforms: as a mesh, once for each key
  *                                            └───────▶ group: again nodes over instances
  *
  * All have the same nodes. A reference to a child is a node's index, or has BVH_LEAF set: then it is
@@ -13,7 +14,7 @@
 #define SNELL_ACCEL_LAYOUT_H
 
 #include "accel/accel.h"
-#include "geometry/mesh.h"
+#include "geometry/deforming.h"
 
 enum {
     BVH_WIDTH = 8,
@@ -49,6 +50,8 @@ _Static_assert(sizeof(triangle_block) == 320, "a block is five cache lines");
  * 2(2), 2013, for the slabs). */
 #define BOX_EXIT_SCALE (1.0f + 0x1p-18f)
 
+/* Of a mesh that deforms: one tree in shape, whose nodes and blocks stand in memory for the first key,
+ * then for the second, and so on; counts and references are those of one key. */
 typedef struct bvh_tree {
     bvh_node *nodes;        /* aligned to 64 */
     triangle_block *blocks; /* aligned to 64; NULL but in a mesh */
@@ -63,7 +66,8 @@ typedef struct frozen_instance {
     const primitive_type *type; /* NULL: a group */
     const void *desc;
     const bvh_tree *mesh,
-        *parts; /* NULL, both: a shape of one part, which tests itself; or a group */
+        *parts; /* NULL, both: a shape of one part, which tests itself; or a group. parts: also of a
+                   mesh that deforms */
     const struct frozen_level *group; /* NULL: a shape */
     uint32_t mask;
     uint32_t first; /* number of the first shape in here, counted in its level */
@@ -88,7 +92,7 @@ typedef struct frozen_geometry {
     const primitive_type *type; /* NULL: a group */
     const void *desc;
     bounds3 bounds;
-    bvh_tree tree; /* of a mesh, or over parts */
+    bvh_tree tree; /* of a mesh, also one that deforms, or over parts */
     frozen_level level;
     uint64_t shape_count; /* how many shapes it draws: 1, or those of a group and of its groups */
     uint32_t depth;       /* of groups in groups: 0 for a shape */

@@ -174,11 +174,11 @@ static snell_status open_shutter(const snell_scene *s, const camera_common *came
                                  motion *moved) {
     const scene *frozen = s->frozen;
     scene_shutter(s->description, camera, times);
-    if (camera->motion_count == 0 && frozen->motion_count == 0) {
+    if (camera->motion_count == 0 && !frozen->changes) {
         times[1] = times[0];
         return SNELL_OK;
     }
-    if (frozen->motion_count && (times[0] < frozen->time_open || times[1] > frozen->time_close))
+    if (frozen->changes && (times[0] < frozen->time_open || times[1] > frozen->time_close))
         return error_set(SNELL_ERR_STATE, "give a camera of the scene this shutter and commit",
                          "the shutter is open when nothing was committed for: %g to %g s, not "
                          "within %g to %g s",

@@ -521,7 +521,7 @@ snell_status snell_scene_add_quad(snell_scene *s, const snell_quad_desc *desc, s
     return status;
 }
 
-_Static_assert(sizeof(snell_mesh_desc) == 136, "run tools/update_api");
+_Static_assert(sizeof(snell_mesh_desc) == 152, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, positions) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, indices) == 24, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, normals) == 40, "run tools/update_api");
@@ -530,6 +530,7 @@ _Static_assert(offsetof(snell_mesh_desc, colors) == 72, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, alphas) == 88, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, material_slots) == 104, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, materials) == 120, "run tools/update_api");
+_Static_assert(offsetof(snell_mesh_desc, key_times) == 136, "run tools/update_api");
 snell_status snell_scene_add_mesh(snell_scene *s, const snell_mesh_desc *desc, snell_shape_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "mesh", desc, &index1);

@@ -9,10 +9,35 @@
 DESCRIBE_TABLE(mesh, MESH_FIELDS)
 
 static snell_status check_per_vertex(const mesh_desc *mesh, const char *name, size_t count) {
-    if (count == 0 || count == mesh->positions_count) return SNELL_OK;
+    size_t vertices = mesh_vertex_count(mesh);
+    if (count == 0 || count == vertices) return SNELL_OK;
     return error_set(SNELL_ERR_ARGUMENT, "give one per vertex, or none",
-                     "mesh: '%s' has %zu entries for %zu positions", name, count,
-                     mesh->positions_count);
+                     "mesh: '%s' has %zu entries for %zu positions", name, count, vertices);
+}
+
+static snell_status check_keys(const mesh_desc *mesh) {
+    size_t keys = mesh->key_times_count;
+    if (keys == 0) return SNELL_OK;
+    if (keys == 1)
+        return error_set(SNELL_ERR_ARGUMENT, "leave out the key's time if nothing deforms",
+                         "mesh: it deforms between two keys or more, not at one");
+    if (keys > MESH_KEYS_MAX)
+        return error_set(SNELL_ERR_ARGUMENT, "give those around the time of the shutter",
+                         "mesh: %zu keys, more than %d", keys, MESH_KEYS_MAX);
+    for (size_t i = 1; i < keys; i++)
+        if (!(mesh->key_times[i] > mesh->key_times[i - 1]))
+            return error_set(SNELL_ERR_ARGUMENT, "put the keys in the order of their times",
+                             "mesh: key %zu, at %.6g s, is not later than the one before", i + 1,
+                             (double)mesh->key_times[i]);
+    if (mesh->positions_count % keys != 0)
+        return error_set(SNELL_ERR_ARGUMENT, "give all vertices at each key",
+                         "mesh: %zu positions are not as many at each of %zu keys",
+                         mesh->positions_count, keys);
+    if (mesh->normals_count != 0 && mesh->normals_count != mesh->positions_count)
+        return error_set(SNELL_ERR_ARGUMENT, "give one for each vertex at each key, or none",
+                         "mesh: %zu normals for %zu positions", mesh->normals_count,
+                         mesh->positions_count);
+    return SNELL_OK;
 }
 
 static snell_status check_slots(const mesh_desc *mesh) {
@@ -38,13 +63,16 @@ static snell_status check(const void *desc) {
     if (mesh_triangle_count(mesh) >= NO_ID)
         return error_set(SNELL_ERR_ARGUMENT, "split it into several meshes",
                          "mesh: %zu triangles are too many", mesh_triangle_count(mesh));
+    snell_status status = check_keys(mesh);
+    if (status) return status;
+    size_t vertices = mesh_vertex_count(mesh);
     for (size_t i = 0; i < mesh->indices_count; i++)
-        if (mesh->indices[i] >= mesh->positions_count)
+        if (mesh->indices[i] >= vertices)
             return error_set(
                 SNELL_ERR_ARGUMENT, "indices count from 0",
                 "mesh: index %u of triangle %zu is out of range: there are %zu positions",
-                mesh->indices[i], i / 3, mesh->positions_count);
-    snell_status status = check_per_vertex(mesh, "normals", mesh->normals_count);
+                mesh->indices[i], i / 3, vertices);
+    if (mesh->key_times_count == 0) status = check_per_vertex(mesh, "normals", mesh->normals_count);
     if (!status) status = check_per_vertex(mesh, "uvs", mesh->uvs_count);
     if (!status) status = check_per_vertex(mesh, "colors", mesh->colors_count);
     if (!status) status = check_per_vertex(mesh, "alphas", mesh->alphas_count);
@@ -59,24 +87,29 @@ static snell_status check(const void *desc) {
 
 bounds3 mesh_triangle_bounds(const mesh_desc *mesh, size_t triangle) {
     const uint32_t *index = mesh->indices + 3 * triangle;
+    size_t keys = mesh_key_count(mesh), vertices = mesh_vertex_count(mesh);
     bounds3 box = bounds3_empty();
-    for (int i = 0; i < 3; i++) box = bounds3_add_point(box, mesh->positions[index[i]]);
+    for (size_t k = 0; k < keys; k++)
+        for (int i = 0; i < 3; i++)
+            box = bounds3_add_point(box, mesh->positions[k * vertices + index[i]]);
     return box;
 }
-
-static bounds3 bounds(const void *desc) {
-    const mesh_desc *mesh = desc;
-    bounds3 box = bounds3_empty();
-    for (size_t i = 0; i < mesh->indices_count; i++)
-        box = bounds3_add_point(box, mesh->positions[mesh->indices[i]]);
-    return box;
-}
-
-static uint32_t primitive_count(const void *desc) { return (uint32_t)mesh_triangle_count(desc); }
 
 static bounds3 primitive_bounds(const void *desc, uint32_t primitive) {
     return mesh_triangle_bounds(desc, primitive);
 }
+
+static bounds3 bounds(const void *desc) {
+    const mesh_desc *mesh = desc;
+    size_t keys = mesh_key_count(mesh), vertices = mesh_vertex_count(mesh);
+    bounds3 box = bounds3_empty();
+    for (size_t k = 0; k < keys; k++)
+        for (size_t i = 0; i < mesh->indices_count; i++)
+            box = bounds3_add_point(box, mesh->positions[k * vertices + mesh->indices[i]]);
+    return box;
+}
+
+static uint32_t primitive_count(const void *desc) { return (uint32_t)mesh_triangle_count(desc); }
 
 static dvec3 blend(const snell_vec3 *values, const uint32_t *index, const double weight[3]) {
     dvec3 sum = {0, 0, 0};
@@ -85,14 +118,24 @@ static dvec3 blend(const snell_vec3 *values, const uint32_t *index, const double
     return sum;
 }
 
+static mesh_corners corners_of(const mesh_desc *mesh, uint32_t triangle) {
+    const uint32_t *index = mesh->indices + 3 * (size_t)triangle;
+    mesh_corners at;
+    for (int i = 0; i < 3; i++) {
+        at.vertex[i] = dvec3_from(mesh->positions[index[i]]);
+        if (mesh->normals_count) at.normal[i] = dvec3_from(mesh->normals[index[i]]);
+    }
+    return at;
+}
+
 /* The vertex normals, each made unit first, blended; the geometric normal where they say nothing.
  */
-static dvec3 shading_normal(const mesh_desc *mesh, const uint32_t *index, const double weight[3],
+static dvec3 shading_normal(const mesh_desc *mesh, const mesh_corners *at, const double weight[3],
                             dvec3 n) {
     if (mesh->normals_count == 0) return n;
     dvec3 sum = {0, 0, 0};
     for (int i = 0; i < 3; i++) {
-        dvec3 vertex = dvec3_normalize(dvec3_from(mesh->normals[index[i]]));
+        dvec3 vertex = dvec3_normalize(at->normal[i]);
         if (!(dvec3_dot(vertex, vertex) > 0)) vertex = n;
         sum = dvec3_add(sum, dvec3_scale(vertex, weight[i]));
     }
@@ -103,8 +146,7 @@ static dvec3 shading_normal(const mesh_desc *mesh, const uint32_t *index, const 
     return cosine > 0 ? sum : n;
 }
 
-/* Barycentric weights of the hit, in [0,1] and of sum 1 whatever the float test has rounded. */
-static void hit_weights(const hit *found, double weight[3]) {
+void mesh_hit_weights(const hit *found, double weight[3]) {
     double u = clamp01(found->u), v = clamp01(found->v);
     if (u + v > 1) {
         double sum = u + v;
@@ -156,19 +198,15 @@ static void set_uv(const mesh_desc *mesh, const uint32_t *index, const double we
 
 /* The blended normal's change: dN = db (n1 - n0) + dc (n2 - n0) before it is made unit, where dp =
  * db ab + dc ac. */
-static dvec3 bend(const void *desc, const hit *found, dvec3 dp) {
-    const mesh_desc *mesh = desc;
-    const uint32_t *index = mesh->indices + 3 * (size_t)found->primitive;
-    dvec3 vertex[3], normal[3], none = {0, 0, 0};
+dvec3 mesh_bend(const mesh_desc *mesh, const mesh_corners *at, const hit *found, dvec3 dp) {
+    const dvec3 *vertex = at->vertex, none = {0, 0, 0};
+    dvec3 normal[3];
     if (mesh->normals_count == 0) return none;
-    for (int i = 0; i < 3; i++) {
-        vertex[i] = dvec3_from(mesh->positions[index[i]]);
-        normal[i] = dvec3_normalize(dvec3_from(mesh->normals[index[i]]));
-    }
+    for (int i = 0; i < 3; i++) normal[i] = dvec3_normalize(at->normal[i]);
     dvec3 ab = dvec3_sub(vertex[1], vertex[0]), ac = dvec3_sub(vertex[2], vertex[0]);
     dvec3 n = dvec3_cross(ab, ac);
     double weight[3], square = dvec3_dot(n, n);
-    hit_weights(found, weight);
+    mesh_hit_weights(found, weight);
     dvec3 sum = none;
     for (int i = 0; i < 3; i++) sum = dvec3_add(sum, dvec3_scale(normal[i], weight[i]));
     double length = dvec3_length(sum);
@@ -183,19 +221,22 @@ static dvec3 bend(const void *desc, const hit *found, dvec3 dp) {
     return dvec3_scale(change, dvec3_dot(sum, n) < 0 ? -1 / length : 1 / length);
 }
 
-/* `away`: which way a triangle without an area faces. */
-static void surface_at(const mesh_desc *mesh, uint32_t triangle, const double weight[3], dvec3 away,
-                       surface *out) {
+static dvec3 bend(const void *desc, const hit *found, dvec3 dp) {
+    mesh_corners at = corners_of(desc, found->primitive);
+    return mesh_bend(desc, &at, found, dp);
+}
+
+void mesh_surface(const mesh_desc *mesh, uint32_t triangle, const mesh_corners *at,
+                  const double weight[3], dvec3 away, surface *out) {
     const uint32_t *index = mesh->indices + 3 * (size_t)triangle;
-    dvec3 vertex[3];
-    for (int i = 0; i < 3; i++) vertex[i] = dvec3_from(mesh->positions[index[i]]);
+    const dvec3 *vertex = at->vertex;
     dvec3 ab = dvec3_sub(vertex[1], vertex[0]), ac = dvec3_sub(vertex[2], vertex[0]);
     dvec3 n = dvec3_normalize(dvec3_cross(ab, ac));
     if (!(dvec3_dot(n, n) > 0)) n = dvec3_normalize(away);
     dvec3 p =
         dvec3_add(vertex[0], dvec3_add(dvec3_scale(ab, weight[1]), dvec3_scale(ac, weight[2])));
     *out = surface_make(p, n, test_error(vertex));
-    out->ns = shading_normal(mesh, index, weight, n);
+    out->ns = shading_normal(mesh, at, weight, n);
     out->u = weight[1];
     out->v = weight[2];
     if (mesh->uvs_count) set_uv(mesh, index, weight, ab, ac, out);
@@ -210,23 +251,27 @@ static void surface_at(const mesh_desc *mesh, uint32_t triangle, const double we
 
 static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
     double weight[3];
-    hit_weights(found, weight);
-    surface_at(desc, found->primitive, weight, dvec3_negate(dvec3_from(beam->d)), out);
+    mesh_corners at = corners_of(desc, found->primitive);
+    mesh_hit_weights(found, weight);
+    mesh_surface(desc, found->primitive, &at, weight, dvec3_negate(dvec3_from(beam->d)), out);
 }
 
-static double area(const void *desc, uint32_t primitive) {
-    const mesh_desc *mesh = desc;
-    const uint32_t *index = mesh->indices + 3 * (size_t)primitive;
-    dvec3 a = dvec3_from(mesh->positions[index[0]]);
-    dvec3 ab = dvec3_sub(dvec3_from(mesh->positions[index[1]]), a);
-    dvec3 ac = dvec3_sub(dvec3_from(mesh->positions[index[2]]), a);
+double mesh_corners_area(const mesh_corners *at) {
+    dvec3 ab = dvec3_sub(at->vertex[1], at->vertex[0]),
+          ac = dvec3_sub(at->vertex[2], at->vertex[0]);
     return dvec3_length(dvec3_cross(ab, ac)) / 2;
 }
 
+static double area(const void *desc, uint32_t primitive) {
+    mesh_corners at = corners_of(desc, primitive);
+    return mesh_corners_area(&at);
+}
+
 static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
-    sample2 at = warp_triangle((sample2){u, v});
-    double weight[3] = {1 - at.x - at.y, at.x, at.y};
-    surface_at(desc, primitive, weight, (dvec3){0, 1, 0}, out);
+    sample2 on = warp_triangle((sample2){u, v});
+    double weight[3] = {1 - on.x - on.y, on.x, on.y};
+    mesh_corners at = corners_of(desc, primitive);
+    mesh_surface(desc, primitive, &at, weight, (dvec3){0, 1, 0}, out);
 }
 
 const primitive_type primitive_mesh = {

@@ -2,12 +2,12 @@
 #ifndef SNELL_GEOMETRY_MESH_H
 #define SNELL_GEOMETRY_MESH_H
 
-#include "base/field.h"
-#include "maths/vec.h"
+#include "geometry/primitive.h"
 
-/* Indices: three per triangle. normals, uvs, colors, alphas: none or one per position.
+/* Indices: three per triangle. normals, uvs, colors, alphas: none or one per vertex.
  * material_slots: none or one per triangle, an index into `materials`; without, the instance's
- * material is used. */
+ * material is used. key_times: none, or those of the keys of a mesh that deforms; then positions, and
+ * normals if there are any, hold all vertices at the first key, then all at the second, and so on. */
 #define MESH_FIELDS(F, T)                                                                          \
     F(T, positions, VEC3S, NO_DEFAULT, REQUIRED, "m", "the vertices")                              \
     F(T, indices, UINTS, NO_DEFAULT, REQUIRED, "",                                                 \
@@ -19,10 +19,41 @@
     F(T, alphas, BYTES, NO_DEFAULT, ANY, "",                                                       \
       "one byte per vertex, 255 opaque, that multiplies the material's alpha")                     \
     F(T, material_slots, UINTS, NO_DEFAULT, ANY, "", "one per triangle: an index into materials")  \
-    F(T, materials, MATERIALS, NO_DEFAULT, ANY, "", "the materials that material_slots choose from")
+    F(T, materials, MATERIALS, NO_DEFAULT, ANY, "",                                                \
+      "the materials that material_slots choose from")                                             \
+    F(T, key_times, FLOATS, NO_DEFAULT, ANY, "s",                                                  \
+      "of a mesh that deforms: ascending times; positions and normals are lists for each, one "    \
+      "after the other, and linear in between")
 DESCRIBE_STRUCT(mesh, MESH_FIELDS)
 
+/* More keys are refused: a mesh is kept once for each that a shutter sees. */
+enum { MESH_KEYS_MAX = 1 << 16 };
+
 static inline size_t mesh_triangle_count(const mesh_desc *mesh) { return mesh->indices_count / 3; }
+static inline size_t mesh_key_count(const mesh_desc *mesh) {
+    return mesh->key_times_count ? mesh->key_times_count : 1;
+}
+/* At each key. */
+static inline size_t mesh_vertex_count(const mesh_desc *mesh) {
+    return mesh->positions_count / mesh_key_count(mesh);
+}
+
+/* Wherever it goes. */
 bounds3 mesh_triangle_bounds(const mesh_desc *mesh, size_t triangle);
+
+/* A triangle as it is at one time. normal: as they are given, of any length; if there are any. */
+typedef struct mesh_corners {
+    dvec3 vertex[3], normal[3];
+} mesh_corners;
+
+/* What a point on a triangle looks like, given its barycentric weights. `away`: which way a triangle
+ * without an area faces. */
+void mesh_surface(const mesh_desc *mesh, uint32_t triangle, const mesh_corners *at,
+                  const double weight[3], dvec3 away, surface *out);
+/* primitive_type.bend, area. */
+dvec3 mesh_bend(const mesh_desc *mesh, const mesh_corners *at, const hit *found, dvec3 dp);
+double mesh_corners_area(const mesh_corners *at);
+/* Barycentric weights of the hit, in [0,1] and of sum 1 whatever the float test has rounded. */
+void mesh_hit_weights(const hit *found, double weight[3]);
 
 #endif

@@ -258,6 +258,7 @@ static int include(lua_State *L) {
 int files_mesh(lua_State *L) {
     static const char *const names[] = {"file", "transform", "material", "name", "motion"};
     values_refuse_both(L, "mesh", "file", "positions");
+    values_refuse_both(L, "mesh", "file", "keys");
     values_check_keys(L, "mesh", names, 5, 0);
     const char *name, *file = need_file(L, "mesh");
     node like = objects_read_common(L, "mesh", &name);

@@ -106,7 +106,9 @@ static int make_shape(lua_State *L) {
         lua_pushliteral(L, "file");
         if (lua_rawget(L, 1) != LUA_TNIL) return files_mesh(L);
         lua_pop(L, 1);
+        mesh_keys_expand(L);
         allow(&c, "file");
+        allow(&c, "keys");
     }
     if (strcmp(type->name, "heightfield") == 0) heights_expand(L);
     allow(&c, "material");

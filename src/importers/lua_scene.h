@@ -224,6 +224,8 @@ uint32_t files_environment(lua_State *L);
 const struct decoded_image *files_read_image(lua_State *L, const char *name);
 /* lua_heights.c: turns the other forms of heightfield { } at index 1 into the plain one. */
 void heights_expand(lua_State *L);
+/* lua_keys.c: the same for mesh { keys = .. }. */
+void mesh_keys_expand(lua_State *L);
 /* The file that the program calls `name`, by its path, on the stack. */
 const char *files_resolve(lua_State *L, const char *name);
 void files_check_params(lua_State *L);

@@ -56,7 +56,7 @@ static bool is_half_space(const scene_instance *at) { return at->bounds_half; }
 
 static snell_status enter_half_space(void *user, uint32_t number, const scene_instance *part) {
     const half_spaces *h = user;
-    scene_instance room;
+    posed_instance room;
     const scene_instance *at = scene_posed(h->s, number, h->time, &room);
     if (part->type->side(part->shape, transform_point(&at->to_local, h->p)) > 0)
         media_enter(h->m, number);

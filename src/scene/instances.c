@@ -4,7 +4,7 @@
 
 #include <stdlib.h>
 
-#include "accel/layout.h"
+#include "accel/build.h"
 
 #include "base/memory.h"
 #include "geometry/mesh.h"
@@ -22,7 +22,7 @@ static uint32_t shadow_mask(const material *m) {
 }
 
 static bool has_vertex_alphas(const scene_instance *at) {
-    if (at->type == &primitive_mesh) return ((const mesh_desc *)at->shape)->alphas_count != 0;
+    if (mesh_is(at->type)) return ((const mesh_desc *)at->shape)->alphas_count != 0;
     if (!solid_is(at->type)) return false;
     const solid_shape *whole = at->shape;
     for (uint32_t i = 0; i < whole->part_count; i++)
@@ -98,6 +98,7 @@ static snell_status freeze_motions(freezing *f) {
         }
         f->motion_of[i] = s->motion_count++;
     }
+    s->changes = s->motion_count != 0;
     return SNELL_OK;
 }
 
@@ -141,6 +142,27 @@ static const void *shape_of(const freezing *f, size_t index) {
     return made ? made : f->d->objects[CATEGORY_SHAPE].items[index].desc;
 }
 
+static const primitive_type *type_of(const freezing *f, size_t index) {
+    const prepared_shape *prepared = &f->s->prepared[index];
+    if (prepared->made) return prepared->type;
+    return (const primitive_type *)f->d->objects[CATEGORY_SHAPE].items[index].type;
+}
+
+/* Of a mesh that deforms, the keys about what the shutters see. */
+static snell_status prepare_deforming(const freezing *f, size_t shape) {
+    scene *s = f->s;
+    deforming_mesh *made = deforming_create(f->d->objects[CATEGORY_SHAPE].items[shape].desc,
+                                            s->time_open, s->time_close);
+    if (made == NULL) return error_no_memory();
+    s->prepared[shape] = (prepared_shape){&primitive_deforming, made};
+    s->changes |= made->key_count > 1;
+    return SNELL_OK;
+}
+
+static bool deforms(const object *o) {
+    return o->type == &primitive_mesh.info && ((const mesh_desc *)o->desc)->key_times_count != 0;
+}
+
 static snell_status prepare_shapes(const freezing *f) {
     scene *s = f->s;
     const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
@@ -150,6 +172,11 @@ static snell_status prepare_shapes(const freezing *f) {
     s->solids->prepared = s->prepared;
     for (size_t i = 0; i < shapes->count; i++) {
         const primitive_type *type = (const primitive_type *)shapes->items[i].type;
+        if (deforms(&shapes->items[i])) {
+            snell_status status = prepare_deforming(f, i);
+            if (status) return status;
+            continue;
+        }
         if (type->prepare == NULL) continue;
         s->prepared[i] = (prepared_shape){type, type->prepare(shapes->items[i].desc)};
         if (s->prepared[i].made == NULL) return error_no_memory();
@@ -159,8 +186,7 @@ static snell_status prepare_shapes(const freezing *f) {
 
 /* The shape that rays meet: a solid is compiled, any other is as it is described or prepared. */
 static snell_status shape_for_rays(const freezing *f, uint32_t index, accel_geometry *out) {
-    const object *o = &f->d->objects[CATEGORY_SHAPE].items[index];
-    *out = (accel_geometry){.type = (const primitive_type *)o->type, .desc = shape_of(f, index)};
+    *out = (accel_geometry){.type = type_of(f, index), .desc = shape_of(f, index)};
     if (out->type != &primitive_solid) return SNELL_OK;
     const solid_shape *compiled;
     snell_status status = solid_set_compile(f->s->solids, f->d, index, f->pool, &compiled);
@@ -380,13 +406,22 @@ static uint64_t plan_solid(const description *d, uint32_t shape) {
 static uint64_t plan(const description *d, uint64_t parts, uint64_t largest) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
     uint64_t trees = 0, most = 0; /* bytes of the trees in shapes, and of building one */
+    double times[2];
+    scene_visible_time(d, times);
     for (size_t i = 0; i < shapes->count; i++) {
         const primitive_type *type = (const primitive_type *)shapes->items[i].type;
         if (type == &primitive_solid) trees += plan_solid(d, (uint32_t)i);
         if (type->primitive_count == NULL) continue;
         uint64_t count = type->primitive_count(shapes->items[i].desc);
         uint64_t building = count * (type->intersect ? BUILD_BYTES : TRIANGLE_BUILD_BYTES);
-        trees += count * (type->intersect ? NODES_BYTES : TRIANGLE_BYTES);
+        if (deforms(&shapes->items[i])) { /* the tree once for each key that counts */
+            building += count * sizeof(build_way);
+            trees += count * TRIANGLE_BYTES *
+                         (uint64_t)deforming_count_keys(shapes->items[i].desc, times[0], times[1]) +
+                     sizeof(deforming_mesh);
+        } else {
+            trees += count * (type->intersect ? NODES_BYTES : TRIANGLE_BYTES);
+        }
         if (building > most) most = building;
     }
     return (1u << 16) + shapes->count * (sizeof(frozen_geometry) + sizeof(accel_geometry)) +
@@ -427,8 +462,7 @@ static snell_status build_accel(const freezing *f, const accel_options *options,
     if (geometries == NULL) return error_no_memory();
     snell_status status = SNELL_OK;
     for (uint32_t i = 0; i < shapes->count; i++) {
-        geometries[i] = (accel_geometry){.type = (const primitive_type *)shapes->items[i].type,
-                                         .desc = shape_of(f, i)};
+        geometries[i] = (accel_geometry){.type = type_of(f, i), .desc = shape_of(f, i)};
         if (s->solids->solids[i]) status = shape_for_rays(f, i, &geometries[i]); /* made before */
     }
     for (uint32_t i = 0; i < s->body_count; i++)

@@ -103,6 +103,11 @@ static double area_scale(const scene_instance *at, dvec3 n) {
            dvec3_length(transform_normal(&at->to_local, n));
 }
 
+/* In the shape's own space; at: posed. */
+static double emitter_area(const scene_instance *at, const emitter *e) {
+    return at->type == &primitive_deforming ? at->type->area(at->shape, e->primitive) : e->area;
+}
+
 /* The radiance that leaves a point of an emitter towards `wo`, as much of it as is there. */
 static dvec3 radiance_at(const shade_point *p) {
     const material *m = p->material;
@@ -130,7 +135,7 @@ static double luminance_of(const scene *s, const scene_instance *at) {
 
 /* Of what is seen by rays: shining everywhere, from anywhere. */
 static light_bounds bound_seen(const scene *s, const surface_light *l) {
-    scene_instance room;
+    posed_instance room;
     shape_path path;
     scene_find_path(s, l->instance, 0, &path);
     const scene_instance *at = scene_posed(s, l->instance, 0, &room);
@@ -154,15 +159,16 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
         return bound_seen(s, light_of(s, e->instance));
     static const sample2 places[4] = {{0.5, 0.5}, {0.2, 0.3}, {0.8, 0.4}, {0.4, 0.85}};
     shape_path path;
-    scene_instance room;
+    posed_instance room;
     scene_find_path(s, e->instance, 0, &path);
     const scene_instance *at = scene_posed(s, e->instance, 0, &room);
     float time = at->moves ? at->moves->steps[0].time : 0;
     if (at->moves) at = scene_posed(s, e->instance, time, &room);
+    bool deforms = at->type == &primitive_deforming;
     const material_common *common = emitter_material(s, at, e->primitive)->desc;
     light_bounds b = {.low = {INFINITY, INFINITY, INFINITY},
                       .high = {-INFINITY, -INFINITY, -INFINITY},
-                      .cos_spread = at->type->flat && !at->moves ? 1 : -1,
+                      .cos_spread = at->type->flat && !at->moves && !deforms ? 1 : -1,
                       .cos_emission = 0,
                       .two_sided = common->emit_two_sided};
     double luminance = 0, scale = 0;
@@ -176,7 +182,8 @@ static light_bounds bound_emitter(const scene *s, const emitter *e) {
         luminance += LUMINANCE(radiance_at(&p)) / 4;
         b.axis = p.n;
     }
-    bounds3 box = shape_path_bounds(&path, primitive_bounds_of(at->type, at->shape, e->primitive));
+    const void *shape = path.levels[path.count - 1]->shape; /* at all times */
+    bounds3 box = shape_path_bounds(&path, primitive_bounds_of(at->type, shape, e->primitive));
     b.low = dvec3_from(box.min);
     b.high = dvec3_from(box.max);
     b.power = PI * luminance * e->area * scale * (b.two_sided ? 2 : 1);
@@ -281,7 +288,7 @@ static bool sample_seen(const scene *s, const surface_light *l, const scene_inst
 
 static bool sample_emitter(const scene *s, const emitter *e, const shade_point *from_point,
                            float time, sample2 u, light_sample *out) {
-    scene_instance room;
+    posed_instance room;
     const scene_instance *at = scene_posed(s, e->instance, time, &room);
     if (at->type->area == NULL)
         return sample_seen(s, light_of(s, e->instance), at, from_point, time, u, out);
@@ -300,7 +307,7 @@ static bool sample_emitter(const scene *s, const emitter *e, const shade_point *
     double cosine = -dvec3_dot(shine.n, to_light) / sqrt(distance2);
     shine.at.outside = cosine > 0;
     if (cosine < 0) shine.n = dvec3_negate(shine.n);
-    if (!by_angle) pdf = distance2 / (fabs(cosine) * e->area * area_scale(at, local_n));
+    if (!by_angle) pdf = distance2 / (fabs(cosine) * emitter_area(at, e) * area_scale(at, local_n));
     if (!(distance2 > 0) || !(pdf > 0) || !isfinite(pdf)) return false;
     *out = (light_sample){.to_light = to_light,
                           .to_end = shadow_end(&shine, p, to_light),
@@ -312,7 +319,7 @@ static bool sample_emitter(const scene *s, const emitter *e, const shade_point *
 /* The density with which sample_emitter draws the direction of a point of the emitter. */
 static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const shade_point *on,
                           float time) {
-    scene_instance room;
+    posed_instance room;
     const scene_instance *at = scene_posed(s, e->instance, time, &room);
     if (at->type->area == NULL) return seen_pdf(light_of(s, e->instance), at, from);
     dvec3 to_light = dvec3_sub(on->p, from);
@@ -330,7 +337,7 @@ static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const sh
         scale = area_scale(at, dvec3_normalize(transform_normal(&at->to_world, on->n)));
     }
     double cosine = fabs(dvec3_dot(on->n, to_light)) / sqrt(distance2);
-    return distance2 / (cosine * e->area * scale);
+    return distance2 / (cosine * emitter_area(at, e) * scale);
 }
 
 uint32_t scene_light_count(const scene *s) { return s->light_count + s->surface_light_count; }
@@ -374,7 +381,7 @@ bool scene_sample_light(const scene *s, uint32_t index, const shade_point *from,
 
 /* A flat shape shines from its middle, and so does one that is sampled as it is seen. */
 static bool has_middle(const scene *s, const surface_light *of) {
-    scene_instance room;
+    posed_instance room;
     const scene_instance *at = scene_posed(s, of->instance, 0, &room);
     bool seen_whole = at->type->flat || (at->similar && at->type->sample_toward);
     if (of->seen) return false;

@@ -109,23 +109,26 @@ static void compose(const shape_path *path, scene_instance *out) {
 }
 
 const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
-                                  scene_instance *room) {
+                                  posed_instance *room) {
     if (s->group_count) {
         shape_path path;
         scene_find_path(s, number, time, &path);
-        if (path.count == 1 && !path.levels[0]->moves) return path.levels[0];
-        compose(&path, room);
-        return room;
+        const scene_instance *at = path.levels[0];
+        if (path.count == 1 && !at->moves && at->type != &primitive_deforming) return at;
+        compose(&path, &room->at);
+    } else {
+        const scene_instance *at = &s->instances[number];
+        bool deforms = at->type == &primitive_deforming;
+        if (at->moves == NULL && !deforms) return at;
+        room->at = *at;
+        if (at->moves) motion_at(at->moves, time, &room->at.to_world, &room->at.to_local);
     }
-    const scene_instance *at = &s->instances[number];
-    if (at->moves == NULL) return at;
-    *room = *at;
-    motion_at(at->moves, time, &room->to_world, &room->to_local);
-    return room;
+    room->at.shape = deforming_pose(room->at.type, room->at.shape, time, &room->shape);
+    return &room->at;
 }
 
 transform scene_instance_transform(const scene *s, uint32_t number, float time) {
-    scene_instance room;
+    posed_instance room;
     return scene_posed(s, number, time, &room)->to_world;
 }
 

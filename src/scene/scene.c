@@ -188,7 +188,7 @@ static void freeze_settings(scene *s, const description *d) {
 
 uint32_t instance_slot_count(const scene_instance *at) {
     if (solid_is(at->type)) return ((const solid_shape *)at->shape)->slot_count;
-    if (at->type != &primitive_mesh) return 1;
+    if (!mesh_is(at->type)) return 1;
     const mesh_desc *mesh = at->shape;
     return mesh->material_slots_count ? (uint32_t)mesh->materials_count : 1;
 }
@@ -198,7 +198,7 @@ uint32_t instance_slot(const scene_instance *at, uint32_t slot) {
         uint32_t index = ((const solid_shape *)at->shape)->slots[slot];
         return index == NO_ID ? at->material : index;
     }
-    if (at->type != &primitive_mesh) return at->material;
+    if (!mesh_is(at->type)) return at->material;
     const mesh_desc *mesh = at->shape;
     return mesh->material_slots_count ? mesh->materials[slot].index1 - 1 : at->material;
 }
@@ -213,26 +213,34 @@ void scene_shutter(const description *d, const camera_common *camera, double out
     out[1] = (start + (double)camera->shutter.y) / fps;
 }
 
-/* The time that the cameras may see, with that of a camera by value with the usual shutter; and
- * whether they can move as they are told. */
-static snell_status freeze_clock(scene *s, const description *d) {
+void scene_visible_time(const description *d, double out[2]) {
     const object_list *cameras = &d->objects[CATEGORY_CAMERA];
-    s->time_open = -INFINITY;
-    s->time_close = INFINITY;
-    if (cameras->count == 0) return SNELL_OK;
-    double times[2];
+    out[0] = -INFINITY;
+    out[1] = INFINITY;
+    if (cameras->count == 0) return;
     perspective_desc usual;
     desc_init(&camera_perspective.info, &usual);
-    scene_shutter(d, (const camera_common *)&usual, times);
+    scene_shutter(d, (const camera_common *)&usual, out);
+    for (size_t i = 0; i < cameras->count; i++) {
+        double times[2];
+        scene_shutter(d, cameras->items[i].desc, times);
+        out[0] = double_min(out[0], times[0]);
+        out[1] = double_max(out[1], times[1]);
+    }
+}
+
+/* The time that the cameras may see, and whether they can move as they are told. */
+static snell_status freeze_clock(scene *s, const description *d) {
+    const object_list *cameras = &d->objects[CATEGORY_CAMERA];
+    double times[2];
+    scene_visible_time(d, times);
     s->time_open = times[0];
     s->time_close = times[1];
     for (size_t i = 0; i < cameras->count; i++) {
         const camera_common *camera = cameras->items[i].desc;
-        scene_shutter(d, camera, times);
-        s->time_open = double_min(s->time_open, times[0]);
-        s->time_close = double_max(s->time_close, times[1]);
         motion unused;
         if (camera->motion_count == 0) continue;
+        scene_shutter(d, camera, times);
         snell_status status =
             motion_prepare(camera->motion, camera->motion_count, times[0], times[1], &unused);
         if (status) {
@@ -305,27 +313,30 @@ dvec3 scene_background(const scene *s, dvec3 direction) {
 }
 
 void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *out) {
-    scene_instance room;
+    posed_instance room;
     const scene_instance *at;
+    const void *shape;
     local_ray beam;
     if (s->group_count) {
         shape_path path;
         scene_find_path(s, h->instance, r->time, &path);
         beam = shape_path_ray(&path, r);
         at = path.levels[path.count - 1];
+        shape = deforming_pose(at->type, at->shape, r->time, &room.shape);
     } else {
         at = scene_posed(s, h->instance, r->time, &room);
+        shape = at->shape;
         beam = local_ray_make(r, &at->to_local, at->identity);
     }
     surface here;
-    at->type->surface(at->shape, &beam, h, &here);
+    at->type->surface(shape, &beam, h, &here);
     dvec3 wo = dvec3_normalize(dvec3_negate(dvec3_from(r->d)));
     scene_surface_point(s, h->instance, h->primitive, r->time, &here, wo, out);
 }
 
 static bool has_uv(const scene_instance *at, uint32_t primitive) {
     if (solid_is(at->type)) return solid_find_part(at->shape, primitive)->has_uv;
-    if (at->type == &primitive_mesh) return ((const mesh_desc *)at->shape)->uvs_count != 0;
+    if (mesh_is(at->type)) return ((const mesh_desc *)at->shape)->uvs_count != 0;
     return !at->type->unbounded;
 }
 
@@ -361,7 +372,7 @@ static void bring_to_world(const scene_instance *at, const shape_path *path, boo
 
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out) {
-    scene_instance room;
+    posed_instance room;
     const scene_instance *at;
     shape_path path;
     path.count = 0;

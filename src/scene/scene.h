@@ -6,6 +6,7 @@
 
 #include "accel/accel.h"
 #include "cameras/camera.h"
+#include "geometry/deforming.h"
 #include "lights/light.h"
 #include "lights/tree.h"
 #include "materials/material.h"
@@ -44,6 +45,12 @@ typedef struct scene_instance {
     uint32_t first;    /* number of its first shape in the world, or in the group it is part of */
 } scene_instance;
 
+/* Room for an instance as it is at a time: where it stands, and its shape if that deforms. */
+typedef struct posed_instance {
+    scene_instance at;
+    deforming_mesh shape;
+} posed_instance;
+
 /* What is drawn together, wherever an instance of it stands. A group of the description is one of
  * these for each way in which materials reach its parts from outside. */
 typedef struct scene_group {
@@ -59,7 +66,7 @@ typedef struct scene_group {
 /* A shape, or a triangle, that shines. */
 typedef struct emitter {
     uint32_t instance, primitive;
-    double area; /* in the shape's own space, m^2 */
+    double area; /* in the shape's own space, m^2; where it deforms, the largest at a key */
     double sum;  /* of the weights of its light's emitters up to this one, 1 at the last */
 } emitter;
 
@@ -103,6 +110,7 @@ typedef struct scene {
     solid_set *solids;
     motion *motions; /* of the instances that move, one after the other */
     uint32_t motion_count;
+    bool changes; /* something moves or deforms */
     /* What the motions were clipped to, seconds; -INFINITY, INFINITY without a camera. */
     double time_open, time_close;
     accel *accel;
@@ -136,6 +144,9 @@ dvec3 scene_background(const scene *s, dvec3 direction); /* direction: unit */
 
 /* When a camera's shutter opens and closes, in seconds on the scene's clock. */
 void scene_shutter(const description *d, const camera_common *camera, double out[2]);
+/* All that the cameras may see, and a camera by value with the usual shutter; -INFINITY to INFINITY
+ * without a camera. */
+void scene_visible_time(const description *d, double out[2]);
 /* The instances on the way down to a shape, the world's first, as they stand at a time. */
 typedef struct shape_path {
     uint32_t count;
@@ -153,10 +164,10 @@ const scene_instance *scene_find_part(const scene *s, uint32_t number);
 static inline const scene_instance *scene_part(const scene *s, uint32_t number) {
     return s->group_count ? scene_find_part(s, number) : &s->instances[number];
 }
-/* Shape `number` as it stands at a time in the world: itself, or where it moves or is in a group *room,
- * made from it. (A group's rays go down level by level: shape_path.) */
+/* Shape `number` as it stands at a time in the world: itself, or where it moves, deforms or is in a
+ * group *room, made from it. (A group's rays go down level by level: shape_path.) */
 const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
-                                  scene_instance *room);
+                                  posed_instance *room);
 /* Where the shape is at the time. */
 transform scene_instance_transform(const scene *s, uint32_t number, float time);
 /* Calls back for each shape of which is_wanted holds, as it does for the groups around it. */

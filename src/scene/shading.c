@@ -30,7 +30,7 @@ static bool is_tame(dvec3 v) { return dvec3_dot(v, v) < 1e30; } /* false for NaN
 
 void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d, const hit *h,
                          shade_point *p) {
-    scene_instance moved;
+    posed_instance moved;
     const scene_instance *at = scene_posed(s, h->instance, r->time, &moved);
     double t = h->t;
     const dvec3 none = {0, 0, 0};
@@ -146,7 +146,7 @@ static dvec3 kept_above(dvec3 good, dvec3 wanted, dvec3 w) {
 }
 
 void scene_bend_normal(const scene *s, shade_point *p) {
-    scene_instance moved;
+    posed_instance moved;
     const scene_instance *at = scene_posed(s, p->instance, p->time, &moved);
     const material_common *m = p->material->desc;
     dvec3 n = p->outside ? p->ns : dvec3_negate(p->ns);

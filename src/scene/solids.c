@@ -45,6 +45,10 @@ uint32_t shape_part_count(const description *d, uint32_t shape) {
 }
 
 static snell_status check_mesh(const object *o) {
+    const mesh_desc *mesh = o->desc;
+    if (mesh->key_times_count)
+        return error_set(SNELL_ERR_ARGUMENT, "give the solid the mesh at one time; solids can move",
+                         "mesh: a mesh that deforms cannot be part of a solid");
     mesh_closure closure;
     vec3 edge[2];
     snell_status status = mesh_find_closure(o->desc, &closure, edge);

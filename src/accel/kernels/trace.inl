@@ -258,9 +258,8 @@ INLINE unsigned test_triangles(const shear8 *s, const triangle_block *b, unsigne
 
 /* True: `any` was asked and one was found. floor_t: the entry of the instance's box. */
 INLINE bool visit_block(query *q, const prepared *p, const slabs8 *slabs, const shear8 *shear,
-                        const bvh_tree *mesh, uint32_t reference, uint32_t instance, float floor_t,
-                        const bool any) {
-    const triangle_block *b = &mesh->blocks[reference & BVH_INDEX_MASK];
+                        const triangle_block *b, uint32_t reference, uint32_t instance,
+                        float floor_t, const bool any) {
     uint32_t count = (reference >> BVH_COUNT_SHIFT & 7) + 1;
     q->counters.triangles += count;
     candidates c;
@@ -307,13 +306,112 @@ INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32
             if (mask == 0) break;
             reference = (uint32_t)push_children(&top, node, entry, mask);
         }
-        if (mask != 0 && visit_block(q, p, &slabs, &shear, mesh, reference, instance, floor_t, any))
+        if (mask != 0 &&
+            visit_block(q, p, &slabs, &shear, &mesh->blocks[reference & BVH_INDEX_MASK], reference,
+                        instance, floor_t, any))
             return true;
         do {
             if (top == stack) return false;
             item = *--top;
         } while (item_entry(item) > q->best_t);
     }
+}
+
+/* ---- meshes that deform: boxes and vertices are mixed from those of two keys, by the formula of
+ * deforming_mix, which is monotone: the mixed boxes hold the mixed triangles ---- */
+
+typedef struct moment {
+    const bvh_node *nodes[2]; /* of the two keys */
+    const triangle_block *blocks[2];
+    f8 weight[2];
+} moment;
+
+INLINE moment find_moment(const bvh_tree *tree, const deforming_mesh *m, float time) {
+    deforming_time at = deforming_find(m, time);
+    const uint32_t keys[2] = {at.key, at.next};
+    moment now;
+    for (int i = 0; i < 2; i++) {
+        now.nodes[i] = tree->nodes + keys[i] * tree->node_count;
+        now.blocks[i] = tree->blocks + keys[i] * tree->block_count;
+        now.weight[i] = f8_set(at.weight[i]);
+    }
+    return now;
+}
+
+INLINE f8 mix8(const moment *now, const float *a, const float *b) {
+    return f8_add(f8_mul(now->weight[0], f8_load(a)), f8_mul(now->weight[1], f8_load(b)));
+}
+
+/* test_children of the mixed node. */
+INLINE unsigned test_mixed_children(const slabs8 *s, const moment *now, uint32_t index, float limit,
+                                    f8 *entry) {
+    const bvh_node *a = &now->nodes[0][index], *b = &now->nodes[1][index];
+    f8 low = s->t_min, high = f8_set(INFINITY);
+    for (int i = 0; i < 3; i++) {
+        uint32_t near = s->sign[i], far = near ^ 1;
+        f8 near_plane = mix8(now, a->bounds[near][i], b->bounds[near][i]);
+        f8 far_plane = mix8(now, a->bounds[far][i], b->bounds[far][i]);
+        low = f8_max(f8_mul(f8_sub(near_plane, s->o[i]), s->inv[i]), low);
+        high = f8_min(f8_mul(f8_sub(far_plane, s->o[i]), s->inv[i]), high);
+    }
+    high = f8_min(f8_set(limit), f8_mul(high, f8_set(BOX_EXIT_SCALE)));
+    *entry = low;
+    return m8_bits(f8_less_equal(low, high)) & a->valid;
+}
+
+INLINE void mix_block(const moment *now, uint32_t index, triangle_block *out) {
+    const triangle_block *a = &now->blocks[0][index], *b = &now->blocks[1][index];
+    for (int v = 0; v < 3; v++)
+        for (int axis = 0; axis < 3; axis++)
+            f8_store(out->vertex[v][axis], mix8(now, a->vertex[v][axis], b->vertex[v][axis]));
+    memcpy(out->primitive, a->primitive, sizeof out->primitive);
+}
+
+/* trace_mesh at the ray's time. */
+INLINE bool trace_deforming(query *q, const prepared *p, const bvh_tree *tree,
+                            const deforming_mesh *m, uint32_t instance, float floor_t,
+                            const bool any) {
+    if (tree->block_count == 0) return false;
+    uint64_t stack[BVH_STACK_SIZE], *top = stack;
+    const slabs8 slabs = widen_slabs(p);
+    const shear8 shear = make_shear(p);
+    const moment now = find_moment(tree, m, q->ray->time);
+    uint64_t item = stack_item(p->t_min, tree->root);
+    for (;;) {
+        uint32_t reference = (uint32_t)item;
+        unsigned mask = 1;
+        while (!(reference & BVH_LEAF)) {
+            const bvh_node *node = &now.nodes[0][reference];
+            f8 entry;
+            mask = test_mixed_children(&slabs, &now, reference, q->best_t, &entry);
+            q->counters.nodes++;
+            q->counters.boxes += (unsigned)__builtin_popcount(node->valid);
+            if (mask == 0) break;
+            reference = (uint32_t)push_children(&top, node, entry, mask);
+        }
+        if (mask != 0) {
+            _Alignas(64) triangle_block block;
+            mix_block(&now, reference & BVH_INDEX_MASK, &block);
+            if (visit_block(q, p, &slabs, &shear, &block, reference, instance, floor_t, any))
+                return true;
+        }
+        do {
+            if (top == stack) return false;
+            item = *--top;
+        } while (item_entry(item) > q->best_t);
+    }
+}
+
+static __attribute__((noinline)) bool deforming_closest(query *q, const prepared *p,
+                                                        const frozen_instance *in, uint32_t number,
+                                                        float floor_t) {
+    return trace_deforming(q, p, in->parts, in->desc, number, floor_t, false);
+}
+
+static __attribute__((noinline)) bool deforming_any(query *q, const prepared *p,
+                                                    const frozen_instance *in, uint32_t number,
+                                                    float floor_t) {
+    return trace_deforming(q, p, in->parts, in->desc, number, floor_t, true);
 }
 
 /* ---- instances ---- */
@@ -396,6 +494,9 @@ INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const f
 static __attribute__((noinline)) bool trace_parts(query *q, const prepared *p,
                                                   const frozen_instance *in, uint32_t number,
                                                   float floor_t, const bool any) {
+    if (in->type->intersect == NULL)
+        return any ? deforming_any(q, p, in, number, floor_t)
+                   : deforming_closest(q, p, in, number, floor_t);
     return walk_tree(q, p, in->parts, NULL, in, number, floor_t, any);
 }
 
