@@ -258,14 +258,21 @@ static void make_primary(bench *b) {
     }
 }
 
-static dvec3 normal_at(const bench *b, const hit *h, dvec3 p) {
+static dvec3 vertex_at(const bench *b, uint32_t index, float time) {
+    dvec3 from = dvec3_from(b->scene.positions[index]);
+    if (b->deforming == NULL) return from;
+    dvec3 to = dvec3_from(b->keys[b->scene.position_count + index]);
+    return dvec3_add(from, dvec3_scale(dvec3_sub(to, from), (double)time));
+}
+
+static dvec3 normal_at(const bench *b, const hit *h, dvec3 p, float time) {
     const bench_scene *s = &b->scene;
     if (s->sphere_count)
         return dvec3_normalize(dvec3_sub(p, dvec3_from(s->spheres[h->instance].center)));
     const uint32_t *index = s->indices + 3 * (size_t)h->primitive;
-    dvec3 v0 = dvec3_from(s->positions[index[0]]);
-    return dvec3_normalize(dvec3_cross(dvec3_sub(dvec3_from(s->positions[index[1]]), v0),
-                                       dvec3_sub(dvec3_from(s->positions[index[2]]), v0)));
+    dvec3 v0 = vertex_at(b, index[0], time);
+    return dvec3_normalize(dvec3_cross(dvec3_sub(vertex_at(b, index[1], time), v0),
+                                       dvec3_sub(vertex_at(b, index[2], time), v0)));
 }
 
 /* From every primary hit, a little off the surface: to a light, and on along the mirror direction. */
@@ -282,7 +289,7 @@ static void make_secondary(bench *b) {
         if (h->instance == NO_ID) continue;
         dvec3 d = dvec3_from(from->rays[i].d);
         dvec3 p = dvec3_add(dvec3_from(from->rays[i].o), dvec3_scale(d, h->t));
-        dvec3 n = normal_at(b, h, p);
+        dvec3 n = normal_at(b, h, p, from->rays[i].time);
         if (dvec3_dot(n, d) > 0) n = dvec3_negate(n);
         dvec3 o = dvec3_add(p, dvec3_scale(n, 1e-4 * size));
         dvec3 r = dvec3_sub(d, dvec3_scale(n, 2 * dvec3_dot(n, d)));
