@@ -23,7 +23,7 @@ static vec plus(vec a, vec b) { return (vec){a.x + b.x, a.y + b.y, a.z + b.z}; }
 static vec minus(vec a, vec b) { return (vec){a.x - b.x, a.y - b.y, a.z - b.z}; }
 static vec times(vec a, real s) { return (vec){a.x * s, a.y * s, a.z * s}; }
 static real dot(vec a, vec b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-static vec cross(vec a, vec b) {
+static inline vec cross(vec a, vec b) {
     return (vec){a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 static real length(vec a) { return sqrtl(dot(a, a)); }

@@ -161,6 +161,24 @@ static void polygons_are_cut_without_overlap(void **state) {
     near(area_of(star, indices, count), area);
 }
 
+static void holes_stay_open(void **state) {
+    (void)state;
+    /* A square with a square hole, joined by an edge there and back. */
+    const vec3 frame[] = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}, {0, 0, 0},
+                          {1, 1, 0}, {1, 3, 0}, {3, 3, 0}, {3, 1, 0}, {1, 1, 0}};
+    uint32_t indices[24];
+    size_t count = triangulate(frame, 10, indices);
+    assert_int_equal(count, 24);
+    near(area_of(frame, indices, count), 2 * (16 - 4));
+    /* All corners of a pentagram turn left, and yet it is not convex: nothing may be lost. */
+    vec3 pentagram[5];
+    for (int i = 0; i < 5; i++) {
+        double angle = 4 * PI * i / 5;
+        pentagram[i] = (vec3){(float)fn_cos(angle), (float)fn_sin(angle), 0};
+    }
+    assert_int_equal(triangulate(pentagram, 5, indices), 9);
+}
+
 static void what_is_wrong_is_said_with_its_line(void **state) {
     (void)state;
     static const struct {
@@ -263,6 +281,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_entity_becomes_what_it_is),
         cmocka_unit_test(polygons_are_cut_without_overlap),
+        cmocka_unit_test(holes_stay_open),
         cmocka_unit_test(what_is_wrong_is_said_with_its_line),
         cmocka_unit_test(standard_databases_are_read),
         cmocka_unit_test(damaged_files_do_no_harm),

@@ -2,6 +2,7 @@
  * by point, whether it is inside; faces that coincide; limits and what cannot be. */
 #include <string.h>
 
+#include "accel/solid_mesh.h"
 #include "api/api.h"
 #include "integrators/media.h"
 #include "render_test.h"
@@ -701,6 +702,73 @@ static void lines_through_vertices_count_once(void **unused) {
     rig_free(&r);
 }
 
+/* A tetrahedron of small whole numbers and rays in the planes of its faces: whatever is rounded, no
+ * stretch ends outside of the mesh, and they are in order. */
+static void stretches_stay_in_the_mesh(void **unused) {
+    (void)unused;
+    const uint32_t faces[12] = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
+    state = 8;
+    int ends = 0;
+    for (int n = 0; n < (full() ? 200000 : 4000); n++) {
+        vec3 p[4], low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+        double scale = n & 1 ? 1 : 0.1;
+        for (int i = 0; i < 4; i++) {
+            double x[3];
+            for (int k = 0; k < 3; k++) x[k] = (below(19) - 9.0) * scale;
+            p[i] = vec3_from((dvec3){x[0], x[1], x[2]});
+            low = (vec3){float_min(low.x, p[i].x), float_min(low.y, p[i].y),
+                         float_min(low.z, p[i].z)};
+            high = (vec3){float_max(high.x, p[i].x), float_max(high.y, p[i].y),
+                          float_max(high.z, p[i].z)};
+        }
+        mesh_desc desc = {.struct_size = sizeof desc,
+                          .positions = p,
+                          .positions_count = 4,
+                          .indices = faces,
+                          .indices_count = 12};
+        solid_mesh *mesh;
+        MUST(solid_mesh_create(&desc, NULL, &mesh));
+        for (int k = 0; k < 20; k++) {
+            const uint32_t *f = faces + 3 * below(4);
+            dvec3 a = dvec3_from(p[f[0]]);
+            dvec3 u = dvec3_sub(dvec3_from(p[f[1]]), a), v = dvec3_sub(dvec3_from(p[f[2]]), a);
+            dvec3 d = dvec3_add(dvec3_scale(u, below(7) - 3.0), dvec3_scale(v, below(7) - 3.0));
+            dvec3 o = dvec3_add(dvec3_scale(u, (below(7) - 3.0) / 4),
+                                dvec3_scale(v, (below(7) - 3.0) / 4));
+            o = dvec3_from(vec3_from(dvec3_sub(dvec3_add(a, o), dvec3_scale(d, below(6)))));
+            d = dvec3_from(vec3_from(d));
+            if (!(dvec3_dot(d, d) > 0)) continue;
+            span out[8];
+            int count = solid_mesh_spans(mesh, o, d, out, 8);
+            double before = -INFINITY;
+            for (int i = 0; i < 2 * count; i++, ends++) {
+                double t = i % 2 ? out[i / 2].leave.t : out[i / 2].enter.t;
+                dvec3 at = dvec3_add(o, dvec3_scale(d, t));
+                double room = 1e-5 * (1 + dvec3_length(o));
+                assert_true(t >= before);
+                assert_true(at.x >= low.x - room && at.y >= low.y - room && at.z >= low.z - room);
+                assert_true(at.x <= high.x + room && at.y <= high.y + room &&
+                            at.z <= high.z + room);
+                before = t;
+            }
+        }
+        solid_mesh_destroy(mesh);
+    }
+    assert_true(ends > 10000);
+}
+
+/* A mesh without triangles encloses nothing. */
+static void nothing_is_a_solid(void **unused) {
+    (void)unused;
+    rig r = rig_make(1, SNELL_ISA_AUTO);
+    const snell_vec3 corners[] = {v3(0, 0, 0), v3(1, 0, 0), v3(0, 1, 0)};
+    snell_shape_id none = add_mesh(&r, corners, 3, NULL, 0);
+    snell_shape_id box = box_shape(&r, v3(0, 0, 0), v3(1, 1, 1));
+    const scene *s = pair(&r, SNELL_SOLID_OPERATION_UNION, none, box, NULL);
+    assert_int_equal(hits_of(s, (dvec3){0.5, 0.5, 5}, (dvec3){0.5, 0.5, -5}), 2);
+    rig_free(&r);
+}
+
 /* ---- what cannot be ---- */
 
 static void must_fail(snell_status got, snell_status wanted, const char *text) {
@@ -1029,6 +1097,8 @@ int main(void) {
         cmocka_unit_test(bounds_are_tight),
         cmocka_unit_test(halves_of_glass_are_one),
         cmocka_unit_test(solids_move_as_a_whole),
+        cmocka_unit_test(stretches_stay_in_the_mesh),
+        cmocka_unit_test(nothing_is_a_solid),
         cmocka_unit_test(hostile_records_do_no_harm),
     };
     return cmocka_run_group_tests_name("solids", tests, NULL, NULL);

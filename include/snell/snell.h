@@ -431,7 +431,8 @@ typedef struct snell_hit {
     snell_vec3 normal;
     uint32_t number; /* of the shape, counted as if all groups were taken apart */
 } snell_hit; /* miss: t = INFINITY; primitive: of a mesh, the triangle; of a solid, a number of the
-                face's shape (a mesh's faces have one each); else 0; u, v: of a triangle, the
+                face's shape (a mesh's faces have one each); of curves, patches, heightfields and
+                the caller's shapes, the part; else 0; u, v: of a triangle, the
                 weights of its second and third vertex (of other shapes: not promised); normal:
                 geometric, unit, outward */
 SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays,

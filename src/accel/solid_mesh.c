@@ -38,6 +38,7 @@ snell_status solid_mesh_create(const mesh_desc *mesh, thread_pool *pool, solid_m
     solid_mesh *m = memory_zeroed(1, sizeof *m);
     build_reference *references = m ? build_mesh_references(mesh, &count, &bounds) : NULL;
     snell_status status = references ? SNELL_OK : error_no_memory();
+    if (m) m->mesh = mesh;
     if (!status) status = mesh_find_closure(mesh, &m->closure, edge);
     if (!status && count) {
         build_progress progress = {.total = count};
@@ -46,7 +47,6 @@ snell_status solid_mesh_create(const mesh_desc *mesh, thread_pool *pool, solid_m
                          .mesh = mesh,
                          .leaf_size = 4,
                          .progress = &progress};
-        m->mesh = mesh;
         m->reach = reach_of(bounds);
         status = build_tree(&job, pool, false, &m->tree);
         if (status) error_no_memory();
@@ -116,6 +116,42 @@ typedef struct mesh_crossing {
     int turn; /* +1 where it enters a triangle wound counter-clockwise from outside, else -1 */
 } mesh_crossing;
 
+/* Of the vertices of a triangle seen edge-on, which is a stretch of a line through the origin: the
+ * middle of what the line meets of it, between two of its edges. */
+static void find_weights_edge_on(const sheared_point p[3], double w[3]) {
+    double x = 0, y = 0, total = 0;
+    for (int i = 0; i < 3; i++) {
+        x = double_max(x, fabs(p[i].x));
+        y = double_max(y, fabs(p[i].y));
+        w[i] = 0;
+    }
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3;
+        double a = x >= y ? p[i].x : p[i].y, b = x >= y ? p[j].x : p[j].y;
+        if ((a > 0 && b > 0) || (a < 0 && b < 0) || a == b) continue;
+        w[i] += b / (b - a);
+        w[j] += -a / (b - a);
+        total++;
+    }
+    for (int i = 0; i < 3; i++) w[i] = total > 0 ? w[i] / total : 1.0 / 3;
+}
+
+/* Barycentric coordinates of the origin, whose side of the three edges is known exactly. */
+static void find_weights(const sheared_point p[3], int side, double w[3]) {
+    double sum = 0, largest = 0;
+    for (int i = 0; i < 3; i++) { /* the edge opposite to vertex i */
+        sheared_point a = p[(i + 1) % 3], b = p[(i + 2) % 3];
+        double left = a.x * b.y, right = a.y * b.x;
+        w[i] = double_max(side * (left - right), 0);
+        sum += w[i];
+        largest = double_max(largest, double_max(fabs(left), fabs(right)));
+    }
+    if (sum > 0x1p-30 * largest)
+        for (int i = 0; i < 3; i++) w[i] /= sum;
+    else
+        find_weights_edge_on(p, w);
+}
+
 static bool cross_triangle(const sheared_line *line, const triangle_block *block, uint32_t lane,
                            mesh_crossing *out) {
     sheared_point p[3];
@@ -127,14 +163,8 @@ static bool cross_triangle(const sheared_line *line, const triangle_block *block
     }
     int side = edge_side(p[0], p[1]);
     if (side == 0 || edge_side(p[1], p[2]) != side || edge_side(p[2], p[0]) != side) return false;
-    double w[3], sum = 0, z = 0;
-    for (int i = 0; i < 3; i++) { /* the edge opposite to vertex i */
-        sheared_point a = p[(i + 1) % 3], b = p[(i + 2) % 3];
-        w[i] = a.x * b.y - a.y * b.x;
-        sum += w[i];
-    }
-    /* A triangle seen edge-on, through its edge: any of its points is as good. */
-    for (int i = 0; i < 3; i++) w[i] = sum != 0 ? double_max(w[i] / sum, 0) : 1.0 / 3;
+    double w[3], z = 0;
+    find_weights(p, side, w);
     for (int i = 0; i < 3; i++) z += w[i] * p[i].z;
     out->t = z / line->d[line->k[2]];
     out->u = (float)w[1];

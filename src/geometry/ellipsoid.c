@@ -72,7 +72,10 @@ static void surface_at(const ellipsoid_desc *ellipsoid, dvec3 n, surface *out) {
 static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
     double t[2];
     dvec3 at[2];
-    if (!solve(desc, beam, t, at)) at[0] = surface_unfold(found->u, found->v), t[0] = found->t;
+    if (!solve(desc, beam, t, at)) {
+        at[0] = at[1] = surface_unfold(found->u, found->v);
+        t[0] = t[1] = found->t;
+    }
     bool second = fabs(t[1] - found->t) < fabs(t[0] - found->t);
     surface_at(desc, at[second], out);
 }

@@ -19,6 +19,8 @@
 DESCRIBE(patch, PATCH_FIELDS)
 
 enum { CELLS = 4, PARTS = CELLS * CELLS, DEPTH_MAX = 24, PATCHES_MAX = 1 << 23, ROOTS_MAX = 18 };
+/* Pieces that one ray looks at in a part. Patches that are a line or a point would take 2^DEPTH_MAX. */
+enum { LOOKS_MAX = 1 << 13 };
 #define ROOM 0x1p-30
 
 static size_t patch_count(const patch_desc *patch) {
@@ -150,6 +152,7 @@ typedef struct search {
     const double *z; /* of the whole part */
     root *roots;     /* in ascending order of t */
     int count;
+    int looks; /* left */
 } search;
 
 /* Once: two halves that meet at a root both find it. */
@@ -226,9 +229,9 @@ typedef struct window {
     double u, v, width_u, width_v;
 } window;
 
-/* The recursion ends at DEPTH_MAX. */
+/* The recursion ends at DEPTH_MAX, or when it has looked at enough. */
 static void find(search *s, const net *n, window w, int depth) {
-    if (!holds_zero(n->x) || !holds_zero(n->y)) return;
+    if (s->looks-- <= 0 || !holds_zero(n->x) || !holds_zero(n->y)) return;
     bool last = depth == DEPTH_MAX;
     if (last || is_regular(n)) {
         double u, v, room_u = ROOM / w.width_u, room_v = ROOM / w.width_v;
@@ -274,7 +277,7 @@ static int solve(const patch_desc *patch, uint32_t part, const local_ray *beam,
     net n;
     net_of(patch, part / PARTS, dvec3_add(o, dvec3_scale(d, shift)), x, y, d, &n);
     restrict_net(&n, part);
-    search s = {.z = n.z, .roots = roots};
+    search s = {.z = n.z, .roots = roots, .looks = LOOKS_MAX};
     find(&s, &n, (window){0, 0, 1, 1}, 0);
     for (int i = 0; i < s.count; i++) roots[i].t = (roots[i].t + shift) / speed;
     return s.count;

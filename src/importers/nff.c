@@ -187,8 +187,11 @@ static snell_status add_view(nff *n, const float from[3], const float at[3], con
     snell_status status =
         description_add(n->d, CATEGORY_CAMERA, "perspective", camera, 4, source_at(n, line), &made);
     if (!status && resolution[0] > 0 && !description_setting(n->d, "render")) {
-        const snell_param size[] = {{"width", SNELL_PARAM_INT, {.i = (int64_t)resolution[0]}},
-                                    {"height", SNELL_PARAM_INT, {.i = (int64_t)resolution[1]}}};
+        /* What is far too large is for the check of `render` to refuse. */
+        int64_t width = (int64_t)float_min(resolution[0], 1e9f);
+        int64_t height = (int64_t)float_min(float_max(resolution[1], -1), 1e9f);
+        const snell_param size[] = {{"width", SNELL_PARAM_INT, {.i = width}},
+                                    {"height", SNELL_PARAM_INT, {.i = height}}};
         status =
             description_add(n->d, CATEGORY_SETTING, "render", size, 2, source_at(n, line), &made);
     }

@@ -38,12 +38,15 @@ static flat flatten(vec3 p, dvec3 n) {
     return out;
 }
 
+/* A hole joined to its outline by an edge there and back has corners at the same place. */
+static bool same(flat a, flat b) { return a.x == b.x && a.y == b.y; }
+
 static bool is_ear(const flat *p, const uint32_t *ring, uint32_t left, uint32_t i) {
     uint32_t a = ring[(i + left - 1) % left], b = ring[i], c = ring[(i + 1) % left];
     if (!(turn(p[a], p[b], p[c]) > 0)) return false;
     for (uint32_t k = 0; k < left; k++) {
         uint32_t q = ring[k];
-        if (q == a || q == b || q == c) continue;
+        if (same(p[q], p[a]) || same(p[q], p[b]) || same(p[q], p[c])) continue;
         if (turn(p[a], p[b], p[q]) >= 0 && turn(p[b], p[c], p[q]) >= 0 &&
             turn(p[c], p[a], p[q]) >= 0)
             return false;
@@ -74,10 +77,20 @@ static size_t cut_ears(const flat *p, uint32_t *ring, uint32_t count, uint32_t *
     return used;
 }
 
+/* All corners turn left, and the outline goes up once and down once: a star turns round more often. */
 static bool is_convex(const flat *p, uint32_t count) {
-    for (uint32_t i = 0; i < count; i++)
-        if (turn(p[i], p[(i + 1) % count], p[(i + 2) % count]) < 0) return false;
-    return true;
+    uint32_t turns = 0;
+    int upward = -1, first = -1;
+    for (uint32_t i = 0; i < count; i++) {
+        flat a = p[i], b = p[(i + 1) % count];
+        if (turn(a, b, p[(i + 2) % count]) < 0) return false;
+        if (same(a, b)) continue;
+        int up = b.y > a.y || (b.y == a.y && b.x > a.x);
+        turns += upward >= 0 && up != upward;
+        if (first < 0) first = up;
+        upward = up;
+    }
+    return turns + (upward != first) <= 2;
 }
 
 static size_t fan(uint32_t count, uint32_t *indices) {
