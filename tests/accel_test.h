@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "accel/accel.h"
-#include "accel/layout.h" /* BOX_EXIT_SCALE, and nothing else */
+#include "accel/layout.h" /* BOX_*, and nothing else */
 #include "geometry/mesh.h"
 #include "random_numbers.h"
 
@@ -169,21 +169,54 @@ static inline plain_ray plain_ray_make(vec3 o, vec3 d, float t_min, float t_max)
     return (plain_ray){{o.x, o.y, o.z}, {d.x, d.y, d.z}, {1 / d.x, 1 / d.y, 1 / d.z}, t_min, t_max};
 }
 
-static inline bool plain_box(const plain_ray *r, bounds3 box, float *entry_out) {
+/* Where the ray enters and leaves a box that is wider by a margin on each axis. */
+static inline void plain_slabs(const plain_ray *r, bounds3 box, const float margin[3],
+                               float *entry_out, float *leave_out) {
     const float low[3] = {box.min.x, box.min.y, box.min.z};
     const float high[3] = {box.max.x, box.max.y, box.max.z};
     float entry = r->t_min, leave = INFINITY;
     for (int i = 0; i < 3; i++) {
         bool flip = signbit(r->inv[i]);
-        float t0 = ((flip ? high[i] : low[i]) - r->o[i]) * r->inv[i];
-        float t1 = ((flip ? low[i] : high[i]) - r->o[i]) * r->inv[i];
+        float ahead = flip ? -margin[i] : margin[i];
+        float t0 = ((flip ? high[i] : low[i]) - (r->o[i] + ahead)) * r->inv[i];
+        float t1 = ((flip ? low[i] : high[i]) - (r->o[i] - ahead)) * r->inv[i];
         entry = t0 > entry ? t0 : entry;
         leave = t1 < leave ? t1 : leave;
     }
-    leave = leave * BOX_EXIT_SCALE;
-    leave = r->t_max < leave ? r->t_max : leave;
     *entry_out = entry;
-    return entry <= leave;
+    *leave_out = leave * BOX_EXIT_SCALE;
+}
+
+static inline bool plain_box(const plain_ray *r, bounds3 box, float *entry) {
+    const float none[3] = {0, 0, 0};
+    float leave;
+    plain_slabs(r, box, none, entry, &leave);
+    return *entry <= (r->t_max < leave ? r->t_max : leave);
+}
+
+/* The own box of a triangle: what the watertight test may be off by is added. */
+static inline bool plain_own_box(const plain_ray *r, bounds3 box, const float margin[3],
+                                 float *entry) {
+    const float none[3] = {0, 0, 0};
+    float leave, wide_entry, wide_leave;
+    plain_slabs(r, box, none, entry, &leave);
+    plain_slabs(r, box, margin, &wide_entry, &wide_leave);
+    if (leave < *entry) *entry = leave;
+    if (wide_entry > *entry) *entry = wide_entry;
+    return r->t_min <= leave && wide_entry <= (r->t_max < wide_leave ? r->t_max : wide_leave);
+}
+
+/* Of a mesh with this box. */
+static inline void plain_margin(const plain_ray *r, bounds3 mesh, float margin[3]) {
+    const float low[3] = {mesh.min.x, mesh.min.y, mesh.min.z};
+    const float high[3] = {mesh.max.x, mesh.max.y, mesh.max.z};
+    float reach = 0;
+    for (int i = 0; i < 3; i++) {
+        reach = fmaxf(reach, fabsf(low[i] - r->o[i]));
+        reach = fmaxf(reach, fabsf(high[i] - r->o[i]));
+    }
+    for (int i = 0; i < 3; i++)
+        margin[i] = reach * BOX_REACH_MARGIN + fabsf(r->o[i]) * BOX_PLACE_MARGIN;
 }
 
 static inline bool plain_triangle(const plain_ray *r, const vec3 vertex[3], float *t, float *u,
@@ -238,8 +271,10 @@ static inline void plain_offer(const ray *r, hit *best, float t, float u, float 
         *best = (hit){t, u, v, primitive, instance};
 }
 
-static inline void plain_mesh(const mesh_desc *mesh, const plain_ray *p, const ray *r,
-                              uint32_t instance, float world_entry, hit *best) {
+static inline void plain_mesh(const mesh_desc *mesh, bounds3 bounds, const plain_ray *p,
+                              const ray *r, uint32_t instance, float world_entry, hit *best) {
+    float margin[3];
+    plain_margin(p, bounds, margin);
     for (uint32_t i = 0; i < mesh_triangle_count(mesh); i++) {
         if (instance == r->skip_instance && i == r->skip_primitive) continue;
         const vec3 vertex[3] = {mesh->positions[mesh->indices[3 * i]],
@@ -249,7 +284,7 @@ static inline void plain_mesh(const mesh_desc *mesh, const plain_ray *p, const r
         if (!plain_triangle(p, vertex, &t, &u, &v) || !(fabsf(t) <= FLT_MAX)) continue;
         bounds3 box = {vec3_min(vec3_min(vertex[0], vertex[1]), vertex[2]),
                        vec3_max(vec3_max(vertex[0], vertex[1]), vertex[2])};
-        if (!plain_box(p, box, &entry)) continue;
+        if (!plain_own_box(p, box, margin, &entry)) continue;
         t = float_max(world_entry, float_max(entry, t));
         plain_offer(r, best, t, u, v, instance, i);
     }
@@ -295,8 +330,8 @@ static inline hit plain_trace(const test_scene *s, const ray *r) {
                                    r->t_min, r->t_max);
         bool mesh = g->type->intersect == NULL;
         float entry = r->t_min;
+        bounds3 box = bounds3_empty();
         if (!g->type->unbounded) {
-            bounds3 box = bounds3_empty();
             const mesh_desc *m = g->desc;
             if (mesh)
                 for (size_t k = 0; k < m->indices_count; k++)
@@ -308,7 +343,7 @@ static inline hit plain_trace(const test_scene *s, const ray *r) {
             if (!plain_box(&world, in_world, &entry)) continue;
         }
         if (mesh)
-            plain_mesh(g->desc, &local, r, i, entry, &best);
+            plain_mesh(g->desc, box, &local, r, i, entry, &best);
         else
             plain_shape(g, &local, r, i, entry, &best);
     }

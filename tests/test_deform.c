@@ -190,17 +190,18 @@ static hit try_everything(arena *a, const ray *r) {
     for (size_t i = 0; i < a->mesh_count; i++) keyed_at(a->meshes[i], r->time, a->still[i]);
     for (uint32_t i = 0; i < a->scene->instance_count; i++) {
         const accel_instance *in = &a->scene->instances[i];
-        bounds3 box = box_at_all_times(a->meshes[in->geometry]);
+        const bounds3 own = box_at_all_times(a->meshes[in->geometry]);
+        bounds3 box = own;
         plain_ray local = world;
         float entry;
         if (!in->identity) {
-            box = transform_bounds(&in->to_world, box);
+            box = transform_bounds(&in->to_world, own);
             local = plain_ray_make(vec3_from(transform_point(&in->to_local, dvec3_from(r->o))),
                                    vec3_from(transform_vector(&in->to_local, dvec3_from(r->d))),
                                    r->t_min, r->t_max);
         }
         if (!plain_box(&world, box, &entry)) continue;
-        plain_mesh(a->still[in->geometry], &local, r, i, entry, &best);
+        plain_mesh(a->still[in->geometry], own, &local, r, i, entry, &best);
     }
     return best;
 }

@@ -175,7 +175,8 @@ static void try_level(const descent *q, const accel_instance *in, size_t count, 
         if (g->type == NULL) {
             try_level(q, g->parts, g->part_count, true, local_o, local_d, entry, base);
         } else if (g->type->intersect == NULL) {
-            plain_mesh(g->desc, &local, r, base, entry, q->best);
+            assert_true(box_of(q->f, in[i].geometry, &own));
+            plain_mesh(g->desc, own, &local, r, base, entry, q->best);
         } else {
             if (bounded && box_of(q->f, in[i].geometry, &own) && !in[i].identity &&
                 !plain_box(&local, own, &own_entry))

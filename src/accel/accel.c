@@ -59,6 +59,8 @@ static snell_status build_geometry(frozen_geometry *g, const accel_options *opti
         if (!build_tree_at_keys(deforming, pool, &g->tree)) return SNELL_ERR_MEMORY;
         g->tree.bounds = g->bounds;
     }
+    if (mesh && status == SNELL_OK && job.count)
+        build_widen(&g->tree, deforming ? deforming->key_count : 1);
     return status;
 }
 

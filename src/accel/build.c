@@ -735,6 +735,36 @@ bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tr
     return true;
 }
 
+void build_widen(bvh_tree *tree, uint32_t keys) {
+    const float *bounds[2] = {&tree->bounds.min.x, &tree->bounds.max.x};
+    double extent = 0, place = 0;
+    for (int i = 0; i < 3; i++) {
+        extent = double_max(extent, (double)bounds[1][i] - (double)bounds[0][i]);
+        for (int side = 0; side < 2; side++)
+            place = double_max(place, fabs((double)bounds[side][i]));
+    }
+    if (!(extent >= 0)) return; /* without triangles */
+    double reach = BOX_REACH_BUILT * extent;
+    /* A little more: the keys of a mesh that deforms are mixed with weights that are rounded. */
+    double margin = (1 + 0x1p-10) *
+                    (reach * (double)BOX_REACH_MARGIN + (place + reach) * (double)BOX_PLACE_MARGIN);
+    for (size_t i = 0; i < keys * tree->node_count; i++) {
+        bvh_node *node = &tree->nodes[i];
+        for (uint32_t j = 0; j < BVH_WIDTH; j++) {
+            if (!(node->valid >> j & 1)) continue;
+            double low[3], high[3];
+            for (int axis = 0; axis < 3; axis++) {
+                low[axis] = (double)node->bounds[0][axis][j] - margin;
+                high[axis] = (double)node->bounds[1][axis][j] + margin;
+            }
+            bounds3 box = bounds3_outward((dvec3){low[0], low[1], low[2]},
+                                          (dvec3){high[0], high[1], high[2]});
+            set_child_box(node, j, &box);
+        }
+    }
+    tree->margin = (float)margin;
+}
+
 void build_tree_free(bvh_tree *tree) {
     memory_free_aligned(tree->nodes);
     memory_free_aligned(tree->blocks);

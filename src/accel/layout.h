@@ -45,10 +45,19 @@ _Static_assert(sizeof(triangle_block) == 320, "a block is five cache lines");
 /* The slab test's exit is multiplied by this: 1 + 2^-18. A monotone change, so nodes still enclose
  * what their children accept. Without it the box of a triangle on a grid may refuse, by its own
  * rounding, the very hit at a shared edge that the watertight test gave to this triangle alone: a
- * leak. The rounding is relative to t: three roundings in each plane's t, and at most five in each
- * sheared vertex; 64 units in the last place cover it well (Ize, Robust BVH Ray Traversal, JCGT
- * 2(2), 2013, for the slabs). */
+ * leak. Three roundings in each plane's t are relative to t (Ize, Robust BVH Ray Traversal, JCGT 2(2),
+ * 2013). */
 #define BOX_EXIT_SCALE (1.0f + 0x1p-18f)
+
+/* In meshes each box is also wider by an error of place: a sheared vertex is off by at most six units
+ * in the last place (2^-24) of the largest coordinate of any vertex as seen from the origin, however
+ * near the hit is. 16 cover it; and 2 of the origin's own coordinate, which the margin is added to and
+ * rounded. That is a constant of a ray and a mesh, so it is monotone too. */
+#define BOX_REACH_MARGIN 0x1p-20f
+#define BOX_PLACE_MARGIN 0x1p-23f
+/* The nodes of a mesh are built wider by the margin of rays from as far as this many extents off
+ * (bvh_tree.margin), which then cost nothing; for those from farther off it is added as they go. */
+#define BOX_REACH_BUILT 8
 
 /* Of a mesh that deforms: one tree in shape, whose nodes and blocks stand in memory for the first key,
  * then for the second, and so on; counts and references are those of one key. */
@@ -58,6 +67,7 @@ typedef struct bvh_tree {
     size_t node_count, block_count;
     uint32_t root; /* in a mesh it may be a leaf; elsewhere it is a node */
     bounds3 bounds;
+    float margin; /* of a mesh: by which the boxes in its nodes are wider than what they hold */
 } bvh_tree;
 
 struct frozen_level;

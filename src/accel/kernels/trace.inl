@@ -72,19 +72,47 @@ INLINE bool test_box(const prepared *p, const bounds3 *box, float *entry) {
 }
 
 typedef struct slabs8 {
-    f8 o[3], inv[3], t_min;
+    f8 to_near[3],
+        to_far[3]; /* the origin, as the nearer and the farther plane are reckoned from */
+    f8 inv[3], t_min;
     uint32_t sign[3];
 } slabs8;
 
 INLINE slabs8 widen_slabs(const prepared *p) {
     slabs8 s;
     for (int i = 0; i < 3; i++) {
-        s.o[i] = f8_set(p->o[i]);
+        s.to_near[i] = s.to_far[i] = f8_set(p->o[i]);
         s.inv[i] = f8_set(p->inv[i]);
         s.sign[i] = p->sign[i];
     }
     s.t_min = f8_set(p->t_min);
     return s;
+}
+
+/* All boxes are wider by the margin, on each side of each axis. */
+INLINE slabs8 widen_slabs_by(const prepared *p, const float margin[3]) {
+    slabs8 s = widen_slabs(p);
+    for (int i = 0; i < 3; i++) {
+        float ahead = p->sign[i] ? -margin[i] : margin[i];
+        s.to_near[i] = f8_set(p->o[i] + ahead);
+        s.to_far[i] = f8_set(p->o[i] - ahead);
+    }
+    return s;
+}
+
+/* What the watertight test may be off by in a mesh, which is relative to how far off the vertices are
+ * (layout.h). True: the nodes are built wider by as much. */
+INLINE bool find_margin(const prepared *p, const bvh_tree *mesh, float margin[3]) {
+    const float low[3] = {mesh->bounds.min.x, mesh->bounds.min.y, mesh->bounds.min.z};
+    const float high[3] = {mesh->bounds.max.x, mesh->bounds.max.y, mesh->bounds.max.z};
+    float reach = 0, most = 0;
+    for (int i = 0; i < 3; i++)
+        reach = float_max(reach, float_max(fabsf(low[i] - p->o[i]), fabsf(high[i] - p->o[i])));
+    for (int i = 0; i < 3; i++) {
+        margin[i] = reach * BOX_REACH_MARGIN + fabsf(p->o[i]) * BOX_PLACE_MARGIN;
+        most = float_max(most, margin[i]);
+    }
+    return most <= mesh->margin;
 }
 
 /* Bits of the children whose boxes the ray passes before `limit`. */
@@ -93,8 +121,8 @@ INLINE unsigned test_children(const slabs8 *s, const bvh_node *node, float limit
     for (int i = 0; i < 3; i++) {
         f8 near_plane = f8_load(node->bounds[s->sign[i]][i]);
         f8 far_plane = f8_load(node->bounds[s->sign[i] ^ 1][i]);
-        low = f8_max(f8_mul(f8_sub(near_plane, s->o[i]), s->inv[i]), low);
-        high = f8_min(f8_mul(f8_sub(far_plane, s->o[i]), s->inv[i]), high);
+        low = f8_max(f8_mul(f8_sub(near_plane, s->to_near[i]), s->inv[i]), low);
+        high = f8_min(f8_mul(f8_sub(far_plane, s->to_far[i]), s->inv[i]), high);
     }
     high = f8_min(f8_set(limit), f8_mul(high, f8_set(BOX_EXIT_SCALE)));
     *entry = low;
@@ -202,20 +230,33 @@ static bool solve_in_double(candidates *c, unsigned lane) {
     return true;
 }
 
-/* Entries and passing lanes of the triangles' own boxes. */
-INLINE unsigned test_own_boxes(const slabs8 *s, const triangle_block *b, float t_max, f8 *entry) {
+/* Where the ray enters and leaves the triangles' own boxes. */
+INLINE void cross_own_boxes(const slabs8 *s, const triangle_block *b, f8 *enter, f8 *leave) {
     f8 low = s->t_min, high = f8_set(INFINITY);
     for (int i = 0; i < 3; i++) {
         f8 v0 = f8_load(b->vertex[0][i]), v1 = f8_load(b->vertex[1][i]),
            v2 = f8_load(b->vertex[2][i]);
         f8 least = f8_min(f8_min(v0, v1), v2), most = f8_max(f8_max(v0, v1), v2);
         f8 near_plane = s->sign[i] ? most : least, far_plane = s->sign[i] ? least : most;
-        low = f8_max(f8_mul(f8_sub(near_plane, s->o[i]), s->inv[i]), low);
-        high = f8_min(f8_mul(f8_sub(far_plane, s->o[i]), s->inv[i]), high);
+        low = f8_max(f8_mul(f8_sub(near_plane, s->to_near[i]), s->inv[i]), low);
+        high = f8_min(f8_mul(f8_sub(far_plane, s->to_far[i]), s->inv[i]), high);
     }
-    high = f8_min(f8_set(t_max), f8_mul(high, f8_set(BOX_EXIT_SCALE)));
-    *entry = low;
-    return m8_bits(f8_less_equal(low, high));
+    *enter = low;
+    *leave = f8_mul(high, f8_set(BOX_EXIT_SCALE));
+}
+
+/* Lanes whose own box, widened, the ray passes, and whose box as it is does not lie behind t_min; and
+ * the entries that t is raised to: those of the boxes as they are, so that faces of one plane are met at
+ * one t. Where only the wider box is passed, that is where the box as it is would be left. */
+INLINE unsigned test_own_boxes(const prepared *p, const float margin[3], const triangle_block *b,
+                               f8 *entry) {
+    f8 enter, leave, enter_wide, leave_wide;
+    const slabs8 plain = widen_slabs(p), wide = widen_slabs_by(p, margin);
+    cross_own_boxes(&plain, b, &enter, &leave);
+    cross_own_boxes(&wide, b, &enter_wide, &leave_wide);
+    *entry = f8_max(f8_min(enter, leave), enter_wide);
+    m8 passed = f8_less_equal(enter_wide, f8_min(f8_set(p->t_max), leave_wide));
+    return m8_bits(m8_and(passed, f8_less_equal(plain.t_min, leave)));
 }
 
 /* Lanes whose triangles the ray's line meets, with t in c->t: the watertight test. */
@@ -257,7 +298,7 @@ INLINE unsigned test_triangles(const shear8 *s, const triangle_block *b, unsigne
 }
 
 /* True: `any` was asked and one was found. floor_t: the entry of the instance's box. */
-INLINE bool visit_block(query *q, const prepared *p, const slabs8 *slabs, const shear8 *shear,
+INLINE bool visit_block(query *q, const prepared *p, const float margin[3], const shear8 *shear,
                         const triangle_block *b, uint32_t reference, uint32_t instance,
                         float floor_t, const bool any) {
     uint32_t count = (reference >> BVH_COUNT_SHIFT & 7) + 1;
@@ -266,10 +307,10 @@ INLINE bool visit_block(query *q, const prepared *p, const slabs8 *slabs, const 
     unsigned lanes = test_triangles(shear, b, (1u << count) - 1, q->best_t, &c);
     if (lanes == 0) return false;
     f8 entry, t = f8_load(c.t);
-    lanes &= test_own_boxes(slabs, b, p->t_max, &entry);
+    lanes &= test_own_boxes(p, margin, b, &entry);
     f8 clamped = f8_max(f8_set(floor_t), f8_max(entry, t));
     m8 finite = f8_less_equal(f8_abs(t), f8_set(FLT_MAX));
-    m8 inside = m8_and(f8_less(slabs->t_min, clamped), f8_less(clamped, f8_set(p->t_max)));
+    m8 inside = m8_and(f8_less(f8_set(p->t_min), clamped), f8_less(clamped, f8_set(p->t_max)));
     m8 nearer = f8_less_equal(clamped, f8_set(q->best_t));
     lanes &= m8_bits(m8_and(m8_and(finite, inside), nearer));
     if (lanes == 0) return false;
@@ -288,10 +329,10 @@ INLINE bool visit_block(query *q, const prepared *p, const slabs8 *slabs, const 
     return false;
 }
 
-INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32_t instance,
-                       float floor_t, const bool any) {
+INLINE bool walk_mesh(query *q, const prepared *p, const bvh_tree *mesh, const float margin[3],
+                      const bool wide, uint32_t instance, float floor_t, const bool any) {
     uint64_t stack[BVH_STACK_SIZE], *top = stack;
-    const slabs8 slabs = widen_slabs(p);
+    const slabs8 slabs = wide ? widen_slabs_by(p, margin) : widen_slabs(p);
     const shear8 shear = make_shear(p);
     uint64_t item = stack_item(p->t_min, mesh->root);
     for (;;) {
@@ -307,7 +348,7 @@ INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32
             reference = (uint32_t)push_children(&top, node, entry, mask);
         }
         if (mask != 0 &&
-            visit_block(q, p, &slabs, &shear, &mesh->blocks[reference & BVH_INDEX_MASK], reference,
+            visit_block(q, p, margin, &shear, &mesh->blocks[reference & BVH_INDEX_MASK], reference,
                         instance, floor_t, any))
             return true;
         do {
@@ -315,6 +356,22 @@ INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32
             item = *--top;
         } while (item_entry(item) > q->best_t);
     }
+}
+
+/* From far off. */
+static __attribute__((noinline)) bool walk_mesh_wide(query *q, const prepared *p,
+                                                     const bvh_tree *mesh, const float margin[3],
+                                                     uint32_t instance, float floor_t,
+                                                     const bool any) {
+    return walk_mesh(q, p, mesh, margin, true, instance, floor_t, any);
+}
+
+INLINE bool trace_mesh(query *q, const prepared *p, const bvh_tree *mesh, uint32_t instance,
+                       float floor_t, const bool any) {
+    float margin[3];
+    if (!find_margin(p, mesh, margin))
+        return walk_mesh_wide(q, p, mesh, margin, instance, floor_t, any);
+    return walk_mesh(q, p, mesh, margin, false, instance, floor_t, any);
 }
 
 /* ---- meshes that deform: boxes and vertices are mixed from those of two keys, by the formula of
@@ -351,8 +408,8 @@ INLINE unsigned test_mixed_children(const slabs8 *s, const moment *now, uint32_t
         uint32_t near = s->sign[i], far = near ^ 1;
         f8 near_plane = mix8(now, a->bounds[near][i], b->bounds[near][i]);
         f8 far_plane = mix8(now, a->bounds[far][i], b->bounds[far][i]);
-        low = f8_max(f8_mul(f8_sub(near_plane, s->o[i]), s->inv[i]), low);
-        high = f8_min(f8_mul(f8_sub(far_plane, s->o[i]), s->inv[i]), high);
+        low = f8_max(f8_mul(f8_sub(near_plane, s->to_near[i]), s->inv[i]), low);
+        high = f8_min(f8_mul(f8_sub(far_plane, s->to_far[i]), s->inv[i]), high);
     }
     high = f8_min(f8_set(limit), f8_mul(high, f8_set(BOX_EXIT_SCALE)));
     *entry = low;
@@ -373,7 +430,9 @@ INLINE bool trace_deforming(query *q, const prepared *p, const bvh_tree *tree,
                             const bool any) {
     if (tree->block_count == 0) return false;
     uint64_t stack[BVH_STACK_SIZE], *top = stack;
-    const slabs8 slabs = widen_slabs(p);
+    float margin[3];
+    bool built = find_margin(p, tree, margin);
+    const slabs8 slabs = built ? widen_slabs(p) : widen_slabs_by(p, margin);
     const shear8 shear = make_shear(p);
     const moment now = find_moment(tree, m, q->ray->time);
     uint64_t item = stack_item(p->t_min, tree->root);
@@ -392,7 +451,7 @@ INLINE bool trace_deforming(query *q, const prepared *p, const bvh_tree *tree,
         if (mask != 0) {
             _Alignas(64) triangle_block block;
             mix_block(&now, reference & BVH_INDEX_MASK, &block);
-            if (visit_block(q, p, &slabs, &shear, &block, reference, instance, floor_t, any))
+            if (visit_block(q, p, margin, &shear, &block, reference, instance, floor_t, any))
                 return true;
         }
         do {
