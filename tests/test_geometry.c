@@ -999,6 +999,30 @@ static void inside_a_far_small_sphere_the_origin_stays_inside(void **state) {
     assert_true(s.exits > 50000);
 }
 
+/* Guard against lengths of the world among those of the shape: in an instance that is 2^18 times as large
+ * and as far away, every error is 2^18 times as large. */
+static void an_instance_of_another_size_has_errors_of_its_size(void **state) {
+    (void)state;
+    const float scale = 0x1p18f;
+    random_state = 5;
+    for (int n = 0; n < 1000; n++) {
+        dvec3 far = place(exp2(between(0, 16)));
+        surface near = surface_make(direction(), direction(), 1e-14), large;
+        near.curvature = exp2(between(-4, 12));
+        large = near;
+        vec3 move = vec3_from(far);
+        transform one = {{{1, 0, 0, move.x}, {0, 1, 0, move.y}, {0, 0, 1, move.z}}}, inverse;
+        assert_true(transform_inverse(&one, &inverse));
+        surface_to_world(&near, &one, &inverse);
+        transform other = {{{scale, 0, 0, move.x * scale},
+                            {0, scale, 0, move.y * scale},
+                            {0, 0, scale, move.z * scale}}};
+        assert_true(transform_inverse(&other, &inverse));
+        surface_to_world(&large, &other, &inverse);
+        assert_true(fabs(large.error - near.error * (double)scale) < 1e-6 * large.error);
+    }
+}
+
 /* Guard against fields that are so nearly 0 along a ray that the looks at them run out, and with them what
  * lies behind: a Julia set that the ray leaves by an inflection, and a formula whose bounds are bad. */
 static void what_lies_behind_a_flat_place_is_met(void **state) {
@@ -1073,6 +1097,7 @@ int main(void) {
         cmocka_unit_test(a_point_on_a_mesh_is_blended),
         cmocka_unit_test(a_ray_that_leaves_a_floor_meets_no_neighbour),
         cmocka_unit_test(inside_a_far_small_sphere_the_origin_stays_inside),
+        cmocka_unit_test(an_instance_of_another_size_has_errors_of_its_size),
         cmocka_unit_test(what_lies_behind_a_flat_place_is_met),
         cmocka_unit_test(the_next_origin_is_beyond),
     };
