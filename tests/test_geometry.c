@@ -999,6 +999,69 @@ static void inside_a_far_small_sphere_the_origin_stays_inside(void **state) {
     assert_true(s.exits > 50000);
 }
 
+/* Guard against lengths of the world among those of the shape: in an instance that is 2^18 times as large
+ * and as far away, every error is 2^18 times as large. */
+static void an_instance_of_another_size_has_errors_of_its_size(void **state) {
+    (void)state;
+    const float scale = 0x1p18f;
+    random_state = 5;
+    for (int n = 0; n < 1000; n++) {
+        dvec3 far = place(exp2(between(0, 16)));
+        surface near = surface_make(direction(), direction(), 1e-14), large;
+        near.curvature = exp2(between(-4, 12));
+        large = near;
+        vec3 move = vec3_from(far);
+        transform one = {{{1, 0, 0, move.x}, {0, 1, 0, move.y}, {0, 0, 1, move.z}}}, inverse;
+        assert_true(transform_inverse(&one, &inverse));
+        surface_to_world(&near, &one, &inverse);
+        transform other = {{{scale, 0, 0, move.x * scale},
+                            {0, scale, 0, move.y * scale},
+                            {0, 0, scale, move.z * scale}}};
+        assert_true(transform_inverse(&other, &inverse));
+        surface_to_world(&large, &other, &inverse);
+        assert_true(fabs(large.error - near.error * (double)scale) < 1e-6 * large.error);
+    }
+}
+
+/* Guard against fields that are so nearly 0 along a ray that the looks at them run out, and with them what
+ * lies behind: a Julia set that the ray leaves by an inflection, and a formula whose bounds are bad. */
+static void what_lies_behind_a_flat_place_is_met(void **state) {
+    (void)state;
+    setting s = {.type = primitive_find("julia")};
+    s.subject = subject_of(s.type);
+    desc_init(&s.type->info, &s.desc);
+    julia_like *julia = (void *)&s.desc;
+    julia->c = (vec3){-0.647760212f, 0.33033374f, 0.170542225f};
+    julia->c_k = 0.209787786f;
+    julia->slice = 0.0655437782f;
+    julia->iterations = 4;
+    julia->escape = 3;
+    void *shape = s.type->prepare(julia);
+    assert_non_null(shape);
+    local_ray beam = {{0.301944405f, -0.681729674f, 0.391848326f},
+                      {0.398916066f, 0.087862961f, -0.213784724f},
+                      0,
+                      INFINITY};
+    hit found;
+    assert_true(s.type->intersect(shape, &beam, &found));
+    assert_true(fabs((double)found.t - 1.09884531781) < 1e-6);
+    s.type->release(shape);
+
+    s.type = primitive_find("implicit");
+    desc_init(&s.type->info, &s.desc);
+    implicit_like *implicit = (void *)&s.desc;
+    implicit->f =
+        "min(sin(999*x) - 2*sin(499.5*x)*cos(499.5*x) + 2e-6, length(x - 0.8, y, z) - 0.1)";
+    implicit->min = (vec3){-1, -1, -1};
+    implicit->max = (vec3){1, 1, 1};
+    shape = s.type->prepare(implicit);
+    assert_non_null(shape);
+    beam = (local_ray){{-3, 0, 0}, {1, 0, 0}, 0, INFINITY};
+    assert_true(s.type->intersect(shape, &beam, &found));
+    assert_true(fabs((double)found.t - 3.7) < 1e-6);
+    s.type->release(shape);
+}
+
 static void the_next_origin_is_beyond(void **state) {
     (void)state;
     random_state = 3;
@@ -1034,6 +1097,8 @@ int main(void) {
         cmocka_unit_test(a_point_on_a_mesh_is_blended),
         cmocka_unit_test(a_ray_that_leaves_a_floor_meets_no_neighbour),
         cmocka_unit_test(inside_a_far_small_sphere_the_origin_stays_inside),
+        cmocka_unit_test(an_instance_of_another_size_has_errors_of_its_size),
+        cmocka_unit_test(what_lies_behind_a_flat_place_is_met),
         cmocka_unit_test(the_next_origin_is_beyond),
     };
     int failed = cmocka_run_group_tests(tests, NULL, NULL);

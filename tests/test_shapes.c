@@ -215,6 +215,58 @@ static void fit(const primitive_type *type, any_desc *desc, const value *given, 
     for (int i = 0; i < count; i++) set(type, desc, &given[i], 1);
 }
 
+/* Of the frusta that a profile sweeps. */
+static double swept_area(const vec2 *profile, size_t count) {
+    double sum = 0;
+    for (size_t i = 0; i + 1 < count; i++) {
+        double r0 = profile[i].x, r1 = profile[i + 1].x;
+        sum += PI * (r0 + r1) * hypot(r1 - r0, (double)profile[i + 1].y - (double)profile[i].y);
+    }
+    return sum;
+}
+
+/* Every example by the formula of its shape, at every scale. */
+static void examples_have_their_closed_forms(void **state) {
+    (void)state;
+    const double r = 0.4, h = sqrt(1.5), a = 0.8, b = 0.3, tall = sqrt(1.25);
+    const struct {
+        const char *type;
+        double first, second; /* 0: below */
+    } areas[] = {
+        {"sphere", 4 * PI * 0.49, 4 * PI * 0.49},
+        {"box", 5.75, 5.75},
+        {"disk", 2.25 * PI, (2.25 - 0.81) * PI},
+        {"quad", 1.5, sqrt(2.265625)},
+        {"cylinder", 2 * PI * r * (h + r), 2 * PI * r * h},
+        {"cone", PI * a * (hypot(a, tall) + a),
+         PI * ((a + b) * hypot(a - b, tall) + a * a + b * b)},
+        {"torus", 4 * PI * PI * 0.6, 4 * PI * PI * 0.05},
+        {"capsule", 2 * PI * r * (h + 2 * r), 2 * PI * r * (h + 2 * r)},
+        {"lathe", swept_area(goblet, GOBLET_COUNT), swept_area(goblet, GOBLET_COUNT - 2)},
+        {"ellipsoid", 0, 0},
+        {"superellipsoid", 0, 0},
+        {"quadric", 0, 0},
+    };
+    for (uint32_t i = 0; i < primitive_type_count; i++) {
+        const primitive_type *type = primitive_types[i];
+        if (!has_examples(type)) continue;
+        size_t k = 0, count = sizeof areas / sizeof areas[0];
+        while (k < count && strcmp(areas[k].type, type->info.name) != 0) k++;
+        if (k == count) fail_msg("no area here of the shape '%s'", type->info.name);
+        for (int n = 0; n < 8; n++) {
+            const double sizes[] = {1e-3, 1, 1e3, 1e6};
+            double expected = (n & 1 ? areas[k].second : areas[k].first), scale = sizes[n / 2];
+            if (expected == 0) continue;
+            any_desc desc;
+            example(type, n & 1, scale, &desc);
+            double area = type->area(&desc, 0) / (scale * scale);
+            if (fabs(area - expected) > 1e-6 * expected)
+                fail_msg("%s: area %.9g, not %.9g, at scale %g", type->info.name, area, expected,
+                         scale);
+        }
+    }
+}
+
 static void areas_have_their_closed_forms(void **state) {
     (void)state;
     any_desc desc;
@@ -824,6 +876,7 @@ static void senseless_shapes_are_refused(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(areas_agree_with_crossing_lines),
+        cmocka_unit_test(examples_have_their_closed_forms),
         cmocka_unit_test(areas_have_their_closed_forms),
         cmocka_unit_test(drawn_points_are_uniform_by_area),
         cmocka_unit_test(drawn_points_lie_on_the_surface),

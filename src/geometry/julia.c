@@ -194,21 +194,6 @@ static interval slope_over(const prepared *julia, const level_line *line, double
     return interval_outward(2 * (slope - wide), 2 * (slope + wide));
 }
 
-/* By the mean value theorem, where the slope is known: near a tangent, where f and its slope are both
- * nearly 0, this tells far sooner than balls do that f keeps its sign. */
-static void narrow_by_slope(const prepared *julia, dvec3 p, double radius, level_range *out) {
-    ball center = {.radius = INFINITY};
-    follow_ball(julia, p, 0, &center);
-    if (!(center.radius < center.length)) return;
-    double steep = double_max(-out->slope.low, out->slope.high);
-    double change = steep * radius * (1 + ROUNDING), limit = julia->escape * julia->escape;
-    double least = center.length * (1 - ROUNDING) - center.radius;
-    double most = center.length * (1 + ROUNDING) + center.radius;
-    double rounding = ROUNDING * (limit + most * most + change);
-    if (least * least - limit - change > rounding) out->value = interval_point(1);
-    if (most * most - limit + change < -rounding) out->value = interval_point(-1);
-}
-
 static void range_over(const void *shape, const level_line *line, double low, double high,
                        level_range *out) {
     const prepared *julia = shape;
@@ -218,9 +203,8 @@ static void range_over(const void *shape, const level_line *line, double low, do
     *out = (level_range){interval_entire(), interval_entire(), true};
     if (found == FATE_ESCAPES) out->value = interval_point(1);
     if (found == FATE_STAYS) out->value = interval_point(-1);
-    if (found != FATE_UNKNOWN || !(last.radius < julia->escape)) return;
-    out->slope = slope_over(julia, line, s, radius);
-    narrow_by_slope(julia, level_line_at(line, s), radius, out);
+    if (found == FATE_UNKNOWN && last.radius < julia->escape)
+        out->slope = slope_over(julia, line, s, radius);
 }
 
 static const level_function function = {value_at, range_over};

@@ -43,12 +43,12 @@ void surface_to_world(surface *s, const transform *to_world, const transform *to
     dvec3 shift = {to_local->m[0][3], to_local->m[1][3], to_local->m[2][3]};
     rounding += 8 * DOUBLE_EPSILON * (abs_dot(s->n, shift) + abs_dot(s->n, origin_terms));
     /* The origin is rounded in the world too; seen from the shape that is a shift of at most the
-     * Frobenius norm of to_local times as much. */
+     * Frobenius norm of to_local times as much, for its bend and for its own length. */
     double norm_squared = 0;
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++)
             norm_squared += (double)to_local->m[i][j] * (double)to_local->m[i][j];
-    rounding += norm_squared * surface_shift_error(p, s->curvature);
+    rounding += surface_shift_error_scaled(p, s->curvature, norm_squared);
     double local_error = s->error + abs_dot(s->n, off) + rounding;
 
     dvec3 n = transform_normal(to_local, s->n);

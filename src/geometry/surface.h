@@ -60,11 +60,16 @@ static inline int surface_add_span(span *out, int count, int capacity, surface_c
 }
 
 /* What the rounding of an origin near p (the directed one, up to an ulp per coordinate, and once more
- * for that of the same origin in another space) may take from the distance to a curved surface. */
-static inline double surface_shift_error(dvec3 p, double curvature) {
+ * for that of the same origin in another space) may take from the distance to a curved surface.
+ * Lengths of p times the root of scale_squared are those of the curvature and of the result. */
+static inline double surface_shift_error_scaled(dvec3 p, double curvature, double scale_squared) {
     double square = FLOAT_EPSILON * FLOAT_EPSILON * dvec3_dot(p, p), bend = 4 * square * curvature;
+    double bent = scale_squared * bend, limit = 16 * square * scale_squared;
     /* At a tip the shift is longer than the radius: it cannot take more than its own length. */
-    return bend * bend <= 16 * square ? bend : 4 * sqrt(square);
+    return bent * bent <= limit ? bent : sqrt(limit);
+}
+static inline double surface_shift_error(dvec3 p, double curvature) {
+    return surface_shift_error_scaled(p, curvature, 1);
 }
 
 /* u, v, dpdu and dpdv of a globe of this radius at its unit normal n: longitude and latitude about
