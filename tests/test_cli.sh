@@ -263,6 +263,13 @@ LUA
     run 0 ball.lua "${small[@]}" -o red.pfm --ground=0.9,0.1,0.1
     cmp -s plain.pfm ground.pfm && fail "--ground changes nothing"
     cmp -s red.pfm ground.pfm && fail "the colour of --ground changes nothing"
+    # what lies flat is seen, not fought over with a ground in its own plane
+    printf 'quad { corner = {-1, 0, 1}, u = {2, 0, 0}, v = {0, 0, -2}, material = material.lambert { color = 0.8 } }\n' >flat.lua
+    for ground in "" --ground --ground=0; do
+        run 0 flat.lua -i appel -n 1 -s 32x24 --view top --crop 8x8+12+8 -o "flat$ground.pfm" $ground
+    done
+    cmp -s flat.pfm flat--ground.pfm || fail "the ground is seen through what lies on it"
+    cmp -s flat.pfm flat--ground=0.pfm || fail "the black ground is seen through what lies on it"
     run 0 ball.lua "${small[@]}" -o dark.pfm --light none --background 0
     cmp -s plain.pfm dark.pfm && fail "--light none changes nothing"
     run 0 ball.lua "${small[@]}" -o up.pfm --background '#fff'
