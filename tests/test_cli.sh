@@ -655,6 +655,17 @@ language() {
     printf 'render { integrator = "whitted", samples = 3 } sphere {}\n' >meant.lua
     run 0 meant.lua -i appel -s 8x8 -o meant.pfm
     says "samples 3 are meant for whitted: appel takes its own, 4"
+    # but what the command line chose is not said to be the integrator's own
+    run 0 meant.lua -i appel -n 9 -s 8x8 -o meant.pfm
+    grep -q "meant for" err && fail "-n is given, and the scene's samples are still spoken of"
+    printf 'render { integrator = "whitted", samples = 3, max_depth = 5 } sphere {}\n' >meant.lua
+    run 0 meant.lua -i appel -n 9 -s 8x8 -o meant.pfm
+    says "the scene's max_depth 5 is meant for whitted: appel takes its own, 0"
+    printf 'sphere { material = material.dielectric {} }\n' >glass.lua
+    run 0 glass.lua -s 8x8 -o glass.pfm -v
+    says "max_depth is 24, not 10: the scene has glass"
+    run 0 glass.lua -s 8x8 -o glass.pfm --max-depth 3 -v
+    grep -q "max_depth is" err && fail "--max-depth is given, and another depth is spoken of"
 }
 
 "$snell" example hello >my.lua || fail "there is no example"
