@@ -641,6 +641,17 @@ language() {
     prints "[0.3]"
     run 0 help emission
     [ "$(grep -c '^  emission' out)" -eq 1 ] || fail "the common field emission is explained more than once"
+    # words for what has another name here lead to its page; each page of the table is there
+    for pair in glass:dielectric metal:conductor matte:lambert plastic:glazed plastic:principled pbr:principled \
+        glow:emissive sun:directional sun:sky softbox:quad softbox:disk lamp:point hdri:environment csg:union \
+        csg:difference fur:curves hair:curves terrain:heightfield bezier:patch formula:implicit metaballs:blob \
+        fractal:julia donut:torus vase:lathe polygon:mesh floor:plane bokeh:perspective keyframe:motion \
+        shear:transform appel:integrators clip:tonemaps stl:formats water:dielectric; do
+        run 0 help "${pair%:*}"
+        grep -q "^${pair#*:} " out || fail "help ${pair%:*} does not show ${pair#*:}"
+    done
+    run 2 help flass
+    grep -q "did you mean" err && fail "'flass' is like no topic"
     run 2 help roughnes
     says "did you mean 'snell help roughness'?"
     for word in roughness emission color from map; do

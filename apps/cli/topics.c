@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "commands.h"
+#include "text.h"
 
 static const char scene_text[] =
     "A scene is a Lua 5.4 program in a sandbox: no files but its own folder's, no\n"
@@ -433,5 +434,45 @@ const help_topic *help_find_topic(const char *word) {
             }
         }
     }
+    return NULL;
+}
+
+/* What people call what has another name here: the pages, and all words that lead to them. A word that
+ * is a page's own name needs no line. */
+static const struct {
+    const char *pages[2], *words;
+} synonyms[] = {
+    {{"dielectric"}, "glass|water|ice|crystal|diamond|liquid|transparent|refraction"},
+    {{"conductor"}, "metal|metallic|gold|silver|copper|chrome|aluminium|aluminum|steel|brass"},
+    {{"lambert"}, "matte|diffuse|chalk|plaster"},
+    {{"glazed", "principled"}, "plastic|ceramic|porcelain|varnish|lacquer|glaze"},
+    {{"principled"}, "pbr|clearcoat|sheen|velvet|cloth|fabric"},
+    {{"emissive"}, "glow|glowing|emitter|neon"},
+    {{"directional", "sky"}, "sun|sunlight|daylight"},
+    {{"quad", "disk"}, "softbox|area|area_light|window"},
+    {{"point", "sphere"}, "lamp|bulb|lightbulb"},
+    {{"environment"}, "hdri|hdr|ibl|skybox|envmap|dome"},
+    {{"union", "difference"}, "csg|boolean|solids"},
+    {{"curves"}, "hair|fur|grass|strand|strands|wool|curve|spline"},
+    {{"heightfield"}, "terrain|landscape|hills|mountain|mountains"},
+    {{"patch"}, "bezier|teapot|nurbs|patches"},
+    {{"implicit"}, "formula|isosurface|equation"},
+    {{"blob"}, "metaball|metaballs"},
+    {{"julia"}, "fractal|quaternion"},
+    {{"torus"}, "donut|doughnut"},
+    {{"lathe"}, "vase|revolution|revolved"},
+    {{"mesh"}, "polygon|polygons|triangles"},
+    {{"plane"}, "floor|ground"},
+    {{"perspective"}, "lens|pinhole|bokeh|dof|aperture|zoom"},
+    {{"motion"}, "blur|motion_blur|keyframe|keyframes|keys"},
+    {{"transform"}, "translate|rotate|scale|look_at|matrix|shear|move|turn"},
+    {{"integrators"}, "appel|whitted|cook|path|kajiya|raytracing|pathtracing"},
+    {{"tonemaps"}, "tonemap|clip|reinhard|neutral"},
+    {{"formats"}, "gltf|glb|obj|ply|stl|nff|lua|png|exr|pfm|ppm|file|files"},
+};
+
+const char *help_find_synonym(const char *word, size_t at) {
+    for (size_t i = 0; at < 2 && i < sizeof synonyms / sizeof synonyms[0]; i++)
+        if (text_choice_has(synonyms[i].words, word)) return synonyms[i].pages[at];
     return NULL;
 }
