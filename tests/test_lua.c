@@ -368,6 +368,30 @@ static void triangles_and_meshes_are_meshes(void **state) {
     description_destroy(d);
 }
 
+typedef struct heightfield_view { /* begins as heightfield_desc does */
+    size_t struct_size;
+    const float *heights;
+    size_t heights_count;
+    int32_t columns, rows;
+} heightfield_view;
+
+static void heights_may_be_rows(void **state) {
+    (void)state;
+    description *d = run_good("local rows = { {0, 1, 2}, {3, 4, 5} }\n"
+                              "heightfield { heights = rows }\n"
+                              "heightfield { heights = rows, columns = 3, rows = 2 }\n"
+                              "print(#rows, #rows[1])");
+    heightfield_view both[2];
+    for (uint32_t k = 0; k < 2; k++) {
+        memcpy(&both[k], desc_of(d, CATEGORY_SHAPE, k), sizeof both[k]);
+        assert_int_equal(both[k].heights_count, 6);
+        assert_true(both[k].columns == 3 && both[k].rows == 2);
+        for (int i = 0; i < 6; i++) assert_true(both[k].heights[i] == (float)i);
+    }
+    assert_string_equal(d->messages[0].text, "2\t3"); /* the program's own table is as it was */
+    description_destroy(d);
+}
+
 static void a_profile_is_a_list_of_pairs(void **state) {
     (void)state;
     description *d = run_good("lathe { profile = {{0,0}, {1,0.5}, {0,2}}, smooth = false }\n"
@@ -947,7 +971,9 @@ int main(void) {
         cmocka_unit_test(groups_and_instances_are_flattened),
         cmocka_unit_test(solids_are_shapes),
         cmocka_unit_test(transforms_compose_right_to_left),
+        cmocka_unit_test(a_matrix_is_given_by_rows),
         cmocka_unit_test(triangles_and_meshes_are_meshes),
+        cmocka_unit_test(heights_may_be_rows),
         cmocka_unit_test(a_profile_is_a_list_of_pairs),
         cmocka_unit_test(bounds_can_be_read),
         cmocka_unit_test(a_camera_can_frame_an_object),

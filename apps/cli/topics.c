@@ -395,6 +395,10 @@ static const struct {
      "In a scene also mesh { file = \"bunny.ply\" }: the surfaces of another file, with none of "
      "the fields below; and keys = { {time = 0, positions = {..}, normals = {..}}, .. } in place of "
      "positions, normals and key_times: 'snell help motion'."},
+    {"shape", "heightfield",
+     "In a scene 'heights' may also be a list of rows, {{0, 1}, {1, 2}}, which then says columns "
+     "and rows, or a function of x and z; and file = \"hills.png\" may take the place of all "
+     "three."},
     {"shape", "solid",
      "In a scene: union { a, b }, intersection { a, b } or difference { a, b }: 'snell help "
      "union'. "
