@@ -596,7 +596,8 @@ static void parameters_are_typed_by_their_default(void **state) {
         const char *param, *text, *hint;
         uint32_t line;
     } wrong[] = {
-        {"n=7.5", "param 'n': '7.5' is not an integer", "such as -D n=4", 1},
+        {"n=7.5", "param 'n': '7.5' is not an integer",
+         "such as -D n=4; the scene's default 4 is an integer, 4.0 would take fractions", 1},
         {"n=", "param 'n': '' is not an integer", "such as -D n=4", 1},
         {"r=nan", "param 'r': 'nan' is not a number", "such as -D r=0.5", 2},
         {"r=1e999", "param 'r': '1e999' is not a finite number", "such as -D r=0.5", 2},
