@@ -172,6 +172,9 @@ bool handle_get(lua_State *L, int index, const char *kind, uint32_t *out);
 
 /* ---- lua_transform.c ---- */
 placement values_get_placement(lua_State *L, const char *label); /* field transform of table 1 */
+/* By how many degrees two transforms of the program differ, as their angles were given: 360 between
+ * none and a whole turn. NaN where it is not known. Both point into userdata. */
+double transform_turn_between(const placement *from, const placement *to);
 void transform_open(lua_State *L);
 
 /* ---- lua_motion.c ---- */
