@@ -268,7 +268,7 @@ static const char transform_text[] =
     "                                  the origin goes to from, -Z points to at; up\n"
     "                                  may be left out\n"
     "  transform.matrix { {1, 0.5, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0} }\n"
-    "                                  three rows of four numbers, or 12 in one list:\n"
+    "                                  three rows of four numbers, or 12 in a list:\n"
     "                                  this one shears, x grows by half of y\n"
     "\n"
     "  local grow, lift = transform.scale(2), transform.translate {0, 1, 0}\n"
