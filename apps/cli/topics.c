@@ -398,7 +398,8 @@ static const struct {
      "In a scene the two colours may come first: texture.checker { 0.9, 0.1, size = 0.5 }."},
     {"shape", "mesh",
      "In a scene also mesh { file = \"bunny.ply\" }: the surfaces of another file, with none of "
-     "the fields below; and keys = { {time = 0, positions = {..}, normals = {..}}, .. } in place of "
+     "the fields below; and keys = { {time = 0, positions = {..}, normals = {..}}, .. } in place "
+     "of "
      "positions, normals and key_times: 'snell help motion'."},
     {"shape", "heightfield",
      "In a scene 'heights' may also be a list of rows, {{0, 1}, {1, 2}}, which then says columns "
