@@ -37,6 +37,19 @@ refuses "an unknown key" 3 "bad.lua:2: sphere: unknown field 'radus'" bad.lua
 grep -q "did you mean 'radius'" err || fail "an unknown key: no suggestion"
 scene "$good" 'sphere { radius = 1, material = glas }'
 refuses "an undefined global" 3 "bad.lua:2:" bad.lua
+# what cannot be seen is warned of, and with --strict refused
+for nothing in 'mesh { positions = {{0,0,0},{1,0,0},{0,1,0}}, indices = {} }:mesh:2 has no triangles' \
+    'mesh { positions = {{0,0,0},{1,2,3},{2,4,6}}, indices = {0,1,2} }:mesh:2 has no triangle with an area' \
+    'quadric { square = {1, 1, 1}, constant = 1 }:quadric:2 does not reach into its box' \
+    'implicit { f = "x^2 + y^2 + 1", min = {-1,-1,-1}, max = {1,1,1} }:implicit:2 is nowhere below 0 in its box'; do
+    scene "$good" "${nothing%%:*}"
+    refuses "a shape that is nothing" 4 "bad.lua:2: warning: ${nothing#*:}: nothing of it is drawn" --strict bad.lua
+done
+scene "$good" 'for i = 1, 20 do quadric { square = {1, 1, 1}, constant = i } end sphere {}'
+refuses "many shapes that are nothing" 4 "nothing is drawn of 12 more shapes" --strict bad.lua
+scene "$good" 'sphere {} quadric { square = {1, 1, 1}, constant = -1 }' \
+    'mesh { positions = {{0,0,0},{1,0,0},{2,0,0},{0,1,0}}, indices = {0,1,2, 0,1,3} }'
+"$snell" bad.lua --strict -s 8x8 -o seen.pfm 2>err || fail "what can be seen is refused"
 refuses "a missing file" 5 "cannot open 'none.glb'" none.glb
 scene "$good" 'sphere { radius = 0/0 }'
 refuses "NaN" 3 "bad.lua:2: sphere: 'radius'" bad.lua

@@ -38,6 +38,23 @@ static void a_misspelt_field_gets_a_suggestion(void **state) {
     assert_string_equal(error_last()->hint, "did you mean 'radius'?");
 }
 
+/* A suggestion is near: one error in three letters, two swapped neighbours being one. */
+static void only_near_words_are_suggested(void **state) {
+    (void)state;
+    const char *const words[] = {"from", "last", "cos", "radius", "at", "x"};
+    const size_t count = sizeof words / sizeof words[0];
+    assert_null(closest_word("fov", words, count));
+    assert_null(closest_word("glass", words, count));
+    assert_null(closest_word("foo", words, count));
+    assert_null(closest_word("y", words, count));
+    assert_null(closest_word("rod", words, count));
+    assert_string_equal(closest_word("form", words, count), "from");
+    assert_string_equal(closest_word("ta", words, count), "at");
+    assert_string_equal(closest_word("raduss", words, count), "radius");
+    assert_string_equal(closest_word("cosh", words, count), "cos");
+    assert_null(closest_word("", words, count));
+}
+
 static void ranges_and_directions_are_checked(void **state) {
     (void)state;
     ball_desc ball;
@@ -97,6 +114,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(defaults_come_from_the_table),
         cmocka_unit_test(a_misspelt_field_gets_a_suggestion),
+        cmocka_unit_test(only_near_words_are_suggested),
         cmocka_unit_test(ranges_and_directions_are_checked),
         cmocka_unit_test(copies_own_their_arrays),
         cmocka_unit_test(the_pool_runs_each_index_once),

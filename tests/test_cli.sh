@@ -263,6 +263,13 @@ LUA
     run 0 ball.lua "${small[@]}" -o red.pfm --ground=0.9,0.1,0.1
     cmp -s plain.pfm ground.pfm && fail "--ground changes nothing"
     cmp -s red.pfm ground.pfm && fail "the colour of --ground changes nothing"
+    # what lies flat is seen, not fought over with a ground in its own plane
+    printf 'quad { corner = {-1, 0, 1}, u = {2, 0, 0}, v = {0, 0, -2}, material = material.lambert { color = 0.8 } }\n' >flat.lua
+    for ground in "" --ground --ground=0; do
+        run 0 flat.lua -i appel -n 1 -s 32x24 --view top --crop 8x8+12+8 -o "flat$ground.pfm" $ground
+    done
+    cmp -s flat.pfm flat--ground.pfm || fail "the ground is seen through what lies on it"
+    cmp -s flat.pfm flat--ground=0.pfm || fail "the black ground is seen through what lies on it"
     run 0 ball.lua "${small[@]}" -o dark.pfm --light none --background 0
     cmp -s plain.pfm dark.pfm && fail "--light none changes nothing"
     run 0 ball.lua "${small[@]}" -o up.pfm --background '#fff'
@@ -634,6 +641,17 @@ language() {
     prints "[0.3]"
     run 0 help emission
     [ "$(grep -c '^  emission' out)" -eq 1 ] || fail "the common field emission is explained more than once"
+    # words for what has another name here lead to its page; each page of the table is there
+    for pair in glass:dielectric metal:conductor matte:lambert plastic:glazed plastic:principled pbr:principled \
+        glow:emissive sun:directional sun:sky softbox:quad softbox:disk lamp:point hdri:environment csg:union \
+        csg:difference fur:curves hair:curves terrain:heightfield bezier:patch formula:implicit metaballs:blob \
+        fractal:julia donut:torus vase:lathe polygon:mesh floor:plane bokeh:perspective keyframe:motion \
+        shear:transform appel:integrators clip:tonemaps stl:formats water:dielectric; do
+        run 0 help "${pair%:*}"
+        grep -q "^${pair#*:} " out || fail "help ${pair%:*} does not show ${pair#*:}"
+    done
+    run 2 help flass
+    grep -q "did you mean" err && fail "'flass' is like no topic"
     run 2 help roughnes
     says "did you mean 'snell help roughness'?"
     for word in roughness emission color from map; do
@@ -648,6 +666,17 @@ language() {
     printf 'render { integrator = "whitted", samples = 3 } sphere {}\n' >meant.lua
     run 0 meant.lua -i appel -s 8x8 -o meant.pfm
     says "samples 3 are meant for whitted: appel takes its own, 4"
+    # but what the command line chose is not said to be the integrator's own
+    run 0 meant.lua -i appel -n 9 -s 8x8 -o meant.pfm
+    grep -q "meant for" err && fail "-n is given, and the scene's samples are still spoken of"
+    printf 'render { integrator = "whitted", samples = 3, max_depth = 5 } sphere {}\n' >meant.lua
+    run 0 meant.lua -i appel -n 9 -s 8x8 -o meant.pfm
+    says "the scene's max_depth 5 is meant for whitted: appel takes its own, 0"
+    printf 'sphere { material = material.dielectric {} }\n' >glass.lua
+    run 0 glass.lua -s 8x8 -o glass.pfm -v
+    says "max_depth is 24, not 10: the scene has glass"
+    run 0 glass.lua -s 8x8 -o glass.pfm --max-depth 3 -v
+    grep -q "max_depth is" err && fail "--max-depth is given, and another depth is spoken of"
 }
 
 "$snell" example hello >my.lua || fail "there is no example"

@@ -194,7 +194,7 @@ static implicit_like solid(const char *f, float half) {
 /* How many of the rays through the box hit. */
 static int hits_of(const primitive_type *type, const void *desc, int rays) {
     if (type->check && type->check(desc)) fail_msg("%s", error_last()->text);
-    void *shape = type->prepare(desc);
+    void *shape = type->prepare ? type->prepare(desc) : (void *)(uintptr_t)desc;
     assert_non_null(shape);
     int hits = 0;
     random_state = 5;
@@ -208,8 +208,76 @@ static int hits_of(const primitive_type *type, const void *desc, int rays) {
         type->surface(shape, &beam, &found, &s);
         assert_true(isfinite(s.p.x + s.p.y + s.p.z + s.n.x + s.error + s.curvature));
     }
-    type->release(shape);
+    if (type->release) type->release(shape);
     return hits;
+}
+
+static bool says(const char *text, const char *wanted) {
+    return wanted ? text && strcmp(text, wanted) == 0 : text == NULL;
+}
+
+/* What a type says cannot be met is not; and it says so of what is plainly nothing. */
+static void what_is_said_to_be_nothing_is_not_hit(void **state) {
+    (void)state;
+    const primitive_type *type = primitive_find("implicit"), *quadric = primitive_find("quadric");
+    static const char *const above = "is nowhere below 0 in its box",
+                             *const below = "is below 0 in all of its box, which is not capped";
+    const struct {
+        const char *f;
+        bool capped;
+        const char *why;
+    } cases[] = {{"x^2 + y^2 + z^2 + 1", true, above},
+                 {"x^2 + y^2 + z^2 + 1", false, above},
+                 {"x^2 + y^2 + z^2 - 9", false, below},
+                 {"x^2 + y^2 + z^2 - 9", true, NULL}, /* the box */
+                 {"sqrt(-1 - x^2)", true, above},
+                 {"sqrt(x - 2) - 5", true, above}, /* not defined in the box */
+                 {"sqrt(x) - 5", false, NULL},     /* is, and below 0, in half of it */
+                 {"length(x - 3, y, z) - 1", true, above},
+                 {"length(x, y, z) - 1", true, NULL},
+                 {"length(x - 0.9, y - 0.9, z - 0.9) - 0.15", true, NULL},
+                 {"1", true, above},
+                 {"-1", true, NULL}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        implicit_like desc = solid(cases[i].f, 1);
+        desc.capped = cases[i].capped;
+        const char *why = type->nothing(&desc);
+        int hits = hits_of(type, &desc, 200);
+        if (!says(why, cases[i].why) || (why && hits))
+            fail_msg("%s: %s, %d hits", cases[i].f, why ? why : "something", hits);
+    }
+    struct {
+        size_t struct_size;
+        vec3 square, mixed, linear;
+        float constant;
+        vec3 min, max;
+    } ball = {.square = {1, 1, 1}, .min = {-1, -1, -1}, .max = {1, 1, 1}};
+    ball.struct_size = quadric->info.desc_size;
+    random_state = 11;
+    int nothing[2] = {0, 0}, rounds = 400;
+    for (int n = 0; n < rounds; n++) {
+        char f[256];
+        dvec3 c = in_ball((dvec3){0, 0, 0}, 4);
+        double radius = between(0.1, 4);
+        snprintf(f, sizeof f, "(x - %.9g)^2 + (y - %.9g)^2 + (z - %.9g)^2 - %.9g^2", c.x, c.y, c.z,
+                 radius);
+        implicit_like desc = solid(f, 1);
+        desc.capped = false;
+        ball.linear = vec3_from(dvec3_scale(c, -2));
+        ball.constant = (float)(dvec3_dot(c, c) - radius * radius);
+        uint64_t kept = random_state;
+        const void *both[2] = {&desc, &ball};
+        const primitive_type *types[2] = {type, quadric};
+        for (int k = 0; k < 2; k++) {
+            bool none = types[k]->nothing(both[k]) != NULL;
+            nothing[k] += none;
+            if (none) assert_int_equal(hits_of(types[k], both[k], 500), 0);
+            /* The surface passes through the box's middle half. */
+            if (fabs(dvec3_length(c) - radius) < 0.5) assert_false(none);
+        }
+        random_state = kept;
+    }
+    for (int k = 0; k < 2; k++) assert_in_range(nothing[k], rounds / 5, rounds * 4 / 5);
 }
 
 /* What never changes its sign, never has one, or has it everywhere in doubt. */
@@ -332,6 +400,7 @@ int main(void) {
         cmocka_unit_test(mistakes_are_shown_by_their_column),
         cmocka_unit_test(large_formulas_are_refused),
         cmocka_unit_test(bounds_enclose),
+        cmocka_unit_test(what_is_said_to_be_nothing_is_not_hit),
         cmocka_unit_test(odd_formulas_take_bounded_time),
         cmocka_unit_test(thin_sheets_are_found),
         cmocka_unit_test(senseless_fields_are_refused),

@@ -353,6 +353,24 @@ static void transforms_compose_right_to_left(void **state) {
     description_destroy(d);
 }
 
+static void a_matrix_is_given_by_rows(void **state) {
+    (void)state;
+    description *d = run_good(
+        "local t = transform\n"
+        "sphere { transform = t.matrix { {1, 0.5, 0, 2}, {0, 1, 0, 3}, {0.25, 0, 1, 4} } }\n"
+        "sphere { transform = t.matrix { 1, 0.5, 0, 2, 0, 1, 0, 3, 0.25, 0, 1, 4 } }\n"
+        "sphere { transform = t.matrix { 1, 0.5, 0, 2, 0, 1, 0, 3, 0.25, 0, 1, 4, 0, 0, 0, 1 } }\n"
+        "sphere { transform = t.translate {2, 3, 4} *\n"
+        "         t.matrix { {1, 0.5, 0, 0}, {0, 1, 0, 0}, {0.25, 0, 1, 0}, {0, 0, 0, 1} } }");
+    static const float expected[3][4] = {{1, 0.5f, 0, 2}, {0, 1, 0, 3}, {0.25f, 0, 1, 4}};
+    assert_int_equal(d->instance_count, 4);
+    for (size_t k = 0; k < 4; k++)
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 4; j++)
+                assert_true(d->instances[k].to_world.m[i][j] == expected[i][j]);
+    description_destroy(d);
+}
+
 static void triangles_and_meshes_are_meshes(void **state) {
     (void)state;
     description *d =
@@ -365,6 +383,30 @@ static void triangles_and_meshes_are_meshes(void **state) {
     assert_int_equal(two->positions_count, 4);
     assert_true(two->positions[3].x == 1 && two->positions[3].y == 1 && two->indices[4] == 3);
     assert_true(two->uvs_count == 4 && two->uvs[2].y == 1);
+    description_destroy(d);
+}
+
+typedef struct heightfield_view { /* begins as heightfield_desc does */
+    size_t struct_size;
+    const float *heights;
+    size_t heights_count;
+    int32_t columns, rows;
+} heightfield_view;
+
+static void heights_may_be_rows(void **state) {
+    (void)state;
+    description *d = run_good("local rows = { {0, 1, 2}, {3, 4, 5} }\n"
+                              "heightfield { heights = rows }\n"
+                              "heightfield { heights = rows, columns = 3, rows = 2 }\n"
+                              "print(#rows, #rows[1])");
+    heightfield_view both[2];
+    for (uint32_t k = 0; k < 2; k++) {
+        memcpy(&both[k], desc_of(d, CATEGORY_SHAPE, k), sizeof both[k]);
+        assert_int_equal(both[k].heights_count, 6);
+        assert_true(both[k].columns == 3 && both[k].rows == 2);
+        for (int i = 0; i < 6; i++) assert_true(both[k].heights[i] == (float)i);
+    }
+    assert_string_equal(d->messages[0].text, "2\t3"); /* the program's own table is as it was */
     description_destroy(d);
 }
 
@@ -427,6 +469,44 @@ static dvec3 place_at(const instance *at, double time, dvec3 p) {
 
 #define AT(p, X, Y)                                                                                \
     assert_true(fabs((p).x - (X)) < 2e-4 && fabs((p).y - (Y)) < 2e-4 && fabs((p).z) < 2e-4)
+
+/* A whole turn between two keys is none: the wheel would stand still without a word. */
+static void keys_that_turn_too_far_get_a_warning(void **state) {
+    (void)state;
+    static const struct {
+        const char *from, *to;
+        int degrees; /* 0: no warning */
+    } cases[] = {{"r(0)", "r(360)", 360},
+                 {"s(2)", "r(180)", 180},
+                 {"t{1,0,0}", "t{0,1,0} * r(200) * s(2)", 200},
+                 {"r(100) * r(100)", "r(0)", 200},
+                 {"r(90)", "transform.rotate { axis = {0,0,-2}, angle = 100 }", 190},
+                 {"r(0)", "r(179)", 0},
+                 {"r(300)", "r(400)", 0},
+                 {"r(0)", "transform.scale {-1, 1, 1} * r(300)", 0}, /* not known */
+                 {"r(10)", "transform.rotate { axis = {0,1,0}, angle = 300 }", 0},
+                 {"s(1)", "transform.matrix {-1,0,0,0, 0,-1,0,0, 0,0,1,0}", 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char program[512], text[256];
+        snprintf(program, sizeof program,
+                 "local s, t = transform.scale, transform.translate\n"
+                 "local function r(a) return transform.rotate { axis = {0,0,1}, angle = a } end\n"
+                 "sphere { motion = { {time = 0, transform = %s},\n{time = 1, transform = %s} } }",
+                 cases[i].from, cases[i].to);
+        description *d = run_good(program);
+        assert_int_equal(d->message_count, cases[i].degrees != 0);
+        snprintf(text, sizeof text,
+                 "sphere: 'motion' [2] turns by %d degrees from the key before: between keys it "
+                 "turns the shorter way, by less than 180",
+                 cases[i].degrees);
+        if (d->message_count) {
+            assert_int_equal(d->messages[0].severity, SNELL_WARNING);
+            assert_int_equal(d->messages[0].line, 3);
+            assert_string_equal(d->messages[0].text, text);
+        }
+        description_destroy(d);
+    }
+}
 
 /* Keys stay as they are written; functions, and motions in motions, are sampled. */
 static void motion_arrives(void **state) {
@@ -572,7 +652,8 @@ static void parameters_are_typed_by_their_default(void **state) {
         const char *param, *text, *hint;
         uint32_t line;
     } wrong[] = {
-        {"n=7.5", "param 'n': '7.5' is not an integer", "such as -D n=4", 1},
+        {"n=7.5", "param 'n': '7.5' is not an integer",
+         "such as -D n=4; the scene's default 4 is an integer, 4.0 would take fractions", 1},
         {"n=", "param 'n': '' is not an integer", "such as -D n=4", 1},
         {"r=nan", "param 'r': 'nan' is not a number", "such as -D r=0.5", 2},
         {"r=1e999", "param 'r': '1e999' is not a finite number", "such as -D r=0.5", 2},
@@ -947,10 +1028,13 @@ int main(void) {
         cmocka_unit_test(groups_and_instances_are_flattened),
         cmocka_unit_test(solids_are_shapes),
         cmocka_unit_test(transforms_compose_right_to_left),
+        cmocka_unit_test(a_matrix_is_given_by_rows),
         cmocka_unit_test(triangles_and_meshes_are_meshes),
+        cmocka_unit_test(heights_may_be_rows),
         cmocka_unit_test(a_profile_is_a_list_of_pairs),
         cmocka_unit_test(bounds_can_be_read),
         cmocka_unit_test(a_camera_can_frame_an_object),
+        cmocka_unit_test(keys_that_turn_too_far_get_a_warning),
         cmocka_unit_test(motion_arrives),
         cmocka_unit_test(cameras_and_the_clock),
         cmocka_unit_test(included_things_move),

@@ -183,24 +183,26 @@ static void what_is_wrong_is_said_with_its_line(void **state) {
     (void)state;
     static const struct {
         const char *text, *says;
-        uint32_t line;
+        uint32_t line, column; /* column 0: not asked */
     } cases[] = {
-        {"s 0 0 0 1\nq 1 2\n", "unknown entity 'q'", 2},
-        {"s 0 0\n\nx 1\n", "'s' needs a number here, not 'x'", 3},
-        {"s 0 0 nan 1\n", "'s' needs a number here, not 'nan'", 1},
-        {"s 0 0 0x1 1\n", "needs a number", 1},
-        {"s 0 0 1e999 1\n", "needs a number", 1},
-        {"p 2\n0 0 0\n1 0 0\n", "'p' has 2 corners", 1},
-        {"p 3.5\n", "'p' has 3.5 corners", 1},
-        {"p 4000000000\n", "corners", 1},
-        {"p 3\n0 0 0\n1 0 0\n", "the file ends in the middle of 'p'", 4},
-        {"f 1 1 -1 0 0 0 0 0\n", "below 0", 1},
-        {"b 0 0 0\nb 1 1 1\n", "a second background", 2},
-        {"v\nfrom 0 0 1\nat 0 0 0\nv\n", "a second view", 4},
-        {"s 0 0 0 0\n", "radius", 1},
-        {"c 0 0 0 1 0 0 0 1\n", "the same point", 1},
-        {"v\nfrom 0 0 0\nat 0 0 0\n", "perspective", 1},
-        {"v\nangle 400\n", "fov", 1},
+        {"s 0 0 0 1\nq 1 2\n", "unknown entity 'q'", 2, 1},
+        {"v\nfrom 0 0 1\n# zz\n  zz 3\n", "unknown entity 'zz'", 4, 3},
+        {"s 0 0\n\nx 1\n", "'s' needs a number here, not 'x'", 3, 1},
+        {"s 0 0 nan 1\n", "'s' needs a number here, not 'nan'", 1, 7},
+        {"s 0 0", "the file ends in the middle of 's'", 1, 6},
+        {"s 0 0 0x1 1\n", "needs a number", 1, 0},
+        {"s 0 0 1e999 1\n", "needs a number", 1, 0},
+        {"p 2\n0 0 0\n1 0 0\n", "'p' has 2 corners", 1, 0},
+        {"p 3.5\n", "'p' has 3.5 corners", 1, 0},
+        {"p 4000000000\n", "corners", 1, 0},
+        {"p 3\n0 0 0\n1 0 0\n", "the file ends in the middle of 'p'", 4, 0},
+        {"f 1 1 -1 0 0 0 0 0\n", "below 0", 1, 0},
+        {"b 0 0 0\nb 1 1 1\n", "a second background", 2, 0},
+        {"v\nfrom 0 0 1\nat 0 0 0\nv\n", "a second view", 4, 0},
+        {"s 0 0 0 0\n", "radius", 1, 0},
+        {"c 0 0 0 1 0 0 0 1\n", "the same point", 1, 0},
+        {"v\nfrom 0 0 0\nat 0 0 0\n", "perspective", 1, 0},
+        {"v\nangle 400\n", "fov", 1, 0},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         description *d;
@@ -212,7 +214,29 @@ static void what_is_wrong_is_said_with_its_line(void **state) {
         assert_int_not_equal(status, SNELL_OK);
         assert_non_null(strstr(error_last()->text, cases[i].says));
         assert_int_equal(error_last()->line, cases[i].line);
+        if (cases[i].column) assert_int_equal(error_last()->column, cases[i].column);
         description_destroy(d);
+    }
+}
+
+/* A file is read as it began; other formats that have the extension begin otherwise. */
+static void the_first_line_says_whose_it_is(void **state) {
+    (void)state;
+    extern const importer importer_nff;
+    static const struct {
+        const char *text;
+        bool ours;
+    } cases[] = {
+        {"s 0 0 0 1\nzz 3\n", true},    {"# comment\n\nv\nfrom 0 0 1\nwhat is this\n", true},
+        {"b 0.1 0.2 0.3", true},        {"tess 4\nzz\n", true},
+        {"nff\nversion 2.00\n", false}, /* Sense8's */
+        {"nff\nv 1 2 3\n", false},      {"s is for something else\n", false},
+        {"zz 3\ns 0 0 0 1\n", false},   {"", false}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        const uint8_t *text = (const uint8_t *)cases[i].text;
+        assert_int_equal(importer_nff.recognise(".nff", text, strlen(cases[i].text)),
+                         cases[i].ours);
+        assert_false(importer_nff.recognise(".obj", text, strlen(cases[i].text)));
     }
 }
 
@@ -283,6 +307,7 @@ int main(void) {
         cmocka_unit_test(polygons_are_cut_without_overlap),
         cmocka_unit_test(holes_stay_open),
         cmocka_unit_test(what_is_wrong_is_said_with_its_line),
+        cmocka_unit_test(the_first_line_says_whose_it_is),
         cmocka_unit_test(standard_databases_are_read),
         cmocka_unit_test(damaged_files_do_no_harm),
     };

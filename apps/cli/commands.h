@@ -29,6 +29,9 @@ extern const help_topic help_topics[];
 extern const size_t help_topic_count;
 /* By name; the singular of a plural and the plural of a singular do too. NULL: there is none. */
 const help_topic *help_find_topic(const char *word);
+/* Words of which no page is: how a page that explains what they mean is called, number `at` from 0;
+ * NULL when there is no such page, or no more. */
+const char *help_find_synonym(const char *word, size_t at);
 /* What a scene writes otherwise than the type's table says; NULL: nothing. */
 const char *help_note(const snell_type_info *type);
 /* Fields that every type of the category takes besides its own; NULL: none. */

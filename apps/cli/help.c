@@ -388,14 +388,23 @@ static int unknown_topic(const char *word) {
     return report_usage(hint, "there is no help on '%s'", word);
 }
 
+static bool explain_page(const char *word) {
+    if (print_types_named(word)) return true;
+    const help_topic *topic = help_find_topic(word);
+    if (topic != NULL) print_topic(topic);
+    return topic != NULL;
+}
+
 static int explain(const char *word) {
     const command_info *command = command_find(word);
     if (command != NULL) return help_of(command);
-    if (print_types_named(word)) return EXIT_DONE;
-    const help_topic *topic = help_find_topic(word);
-    if (topic == NULL) return print_fields_named(word) ? EXIT_DONE : unknown_topic(word);
-    print_topic(topic);
-    return EXIT_DONE;
+    bool found = explain_page(word) || print_fields_named(word);
+    const char *page;
+    for (size_t i = 0; (page = help_find_synonym(word, i)) != NULL; i++) {
+        if (found) putchar('\n');
+        if (explain_page(page)) found = true;
+    }
+    return found ? EXIT_DONE : unknown_topic(word);
 }
 
 /* One line an option: command, name, letter, metavar, whether an alias; for scripts and tests. */

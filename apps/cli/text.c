@@ -30,10 +30,10 @@ static size_t edit_distance(const char *a, size_t a_length, const char *b, size_
     return rows[a_length % 3][b_length];
 }
 
-/* How far a misspelling may be: one letter in three; a single letter is like no other. A word that
- * was cut short is near too. */
+/* How far a misspelling may be: one letter in three, or one in a word of two to five; a single letter
+ * is like no other. A word that was cut short is near too. */
 static size_t word_distance(const char *word, const char *other, size_t other_length) {
-    size_t length = strlen(word), far = length < 2 ? 0 : length < 3 ? 1 : (length + 2) / 3;
+    size_t length = strlen(word), far = length < 2 ? 0 : length < 6 ? 1 : length / 3;
     if (other_length == 0) return SIZE_MAX;
     if (length >= 3 && other_length > length && strncmp(word, other, length) == 0) return 1;
     size_t distance = edit_distance(word, length, other, other_length);

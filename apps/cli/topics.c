@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "commands.h"
+#include "text.h"
 
 static const char scene_text[] =
     "A scene is a Lua 5.4 program in a sandbox: no files but its own folder's, no\n"
@@ -52,6 +53,7 @@ static const char scene_text[] =
     "  transform.rotate { axis = {0, 1, 0}, angle = 30 }\n"
     "  transform.scale(2)\n"
     "  transform.look_at { from = {..}, at = {..} }\n"
+    "  transform.matrix { {1, 0.5, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0} }\n"
     "\n"
     "In motion\n"
     "  animation { fps = 24, first = 1, last = 120 }    'snell help motion'\n"
@@ -141,8 +143,9 @@ static const char motion_text[] =
     "the order of their times, or a function of the time. Times are seconds; frame f\n"
     "is at time (f - 1) / fps. Motion comes after the transform of the same table.\n"
     "Between keys, places and sizes go straight and turns take the shorter arc, so\n"
-    "keys are less than half a turn apart; before the first and after the last\n"
-    "nothing moves.\n"
+    "keys are less than half a turn apart: between 0 and 360 degrees nothing turns,\n"
+    "and there is a warning. A wheel takes a function, or keys in between. Before the\n"
+    "first key and after the last nothing moves.\n"
     "\n"
     "  mesh { indices = {..}, keys = { {time = 0, positions = {..}, normals = {..}},\n"
     "                                  {time = 0.02, positions = {..}, ..}, .. } }\n"
@@ -264,6 +267,9 @@ static const char transform_text[] =
     "  transform.look_at { from = {..}, at = {..}, up = {0, 1, 0} }\n"
     "                                  the origin goes to from, -Z points to at; up\n"
     "                                  may be left out\n"
+    "  transform.matrix { {1, 0.5, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0} }\n"
+    "                                  three rows of four numbers, or 12 in a list:\n"
+    "                                  this one shears, x grows by half of y\n"
     "\n"
     "  local grow, lift = transform.scale(2), transform.translate {0, 1, 0}\n"
     "  sphere { radius = 1, transform = lift * grow }\n"
@@ -392,8 +398,13 @@ static const struct {
      "In a scene the two colours may come first: texture.checker { 0.9, 0.1, size = 0.5 }."},
     {"shape", "mesh",
      "In a scene also mesh { file = \"bunny.ply\" }: the surfaces of another file, with none of "
-     "the fields below; and keys = { {time = 0, positions = {..}, normals = {..}}, .. } in place of "
+     "the fields below; and keys = { {time = 0, positions = {..}, normals = {..}}, .. } in place "
+     "of "
      "positions, normals and key_times: 'snell help motion'."},
+    {"shape", "heightfield",
+     "In a scene 'heights' may also be a list of rows, {{0, 1}, {1, 2}}, which then says columns "
+     "and rows, or a function of x and z; and file = \"hills.png\" may take the place of all "
+     "three."},
     {"shape", "solid",
      "In a scene: union { a, b }, intersection { a, b } or difference { a, b }: 'snell help "
      "union'. "
@@ -433,5 +444,45 @@ const help_topic *help_find_topic(const char *word) {
             }
         }
     }
+    return NULL;
+}
+
+/* What people call what has another name here: the pages, and all words that lead to them. A word that
+ * is a page's own name needs no line. */
+static const struct {
+    const char *pages[2], *words;
+} synonyms[] = {
+    {{"dielectric"}, "glass|water|ice|crystal|diamond|liquid|transparent|refraction"},
+    {{"conductor"}, "metal|metallic|gold|silver|copper|chrome|aluminium|aluminum|steel|brass"},
+    {{"lambert"}, "matte|diffuse|chalk|plaster"},
+    {{"glazed", "principled"}, "plastic|ceramic|porcelain|varnish|lacquer|glaze"},
+    {{"principled"}, "pbr|clearcoat|sheen|velvet|cloth|fabric"},
+    {{"emissive"}, "glow|glowing|emitter|neon"},
+    {{"directional", "sky"}, "sun|sunlight|daylight"},
+    {{"quad", "disk"}, "softbox|area|area_light|window"},
+    {{"point", "sphere"}, "lamp|bulb|lightbulb"},
+    {{"environment"}, "hdri|hdr|ibl|skybox|envmap|dome"},
+    {{"union", "difference"}, "csg|boolean|solids"},
+    {{"curves"}, "hair|fur|grass|strand|strands|wool|curve|spline"},
+    {{"heightfield"}, "terrain|landscape|hills|mountain|mountains"},
+    {{"patch"}, "bezier|teapot|nurbs|patches"},
+    {{"implicit"}, "formula|isosurface|equation"},
+    {{"blob"}, "metaball|metaballs"},
+    {{"julia"}, "fractal|quaternion"},
+    {{"torus"}, "donut|doughnut"},
+    {{"lathe"}, "vase|revolution|revolved"},
+    {{"mesh"}, "polygon|polygons|triangles"},
+    {{"plane"}, "floor|ground"},
+    {{"perspective"}, "lens|pinhole|bokeh|dof|aperture|zoom"},
+    {{"motion"}, "blur|motion_blur|keyframe|keyframes|keys"},
+    {{"transform"}, "translate|rotate|scale|look_at|matrix|shear|move|turn"},
+    {{"integrators"}, "appel|whitted|cook|path|kajiya|raytracing|pathtracing"},
+    {{"tonemaps"}, "tonemap|clip|reinhard|neutral"},
+    {{"formats"}, "gltf|glb|obj|ply|stl|nff|lua|png|exr|pfm|ppm|file|files"},
+};
+
+const char *help_find_synonym(const char *word, size_t at) {
+    for (size_t i = 0; at < 2 && i < sizeof synonyms / sizeof synonyms[0]; i++)
+        if (text_choice_has(synonyms[i].words, word)) return synonyms[i].pages[at];
     return NULL;
 }

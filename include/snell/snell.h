@@ -214,7 +214,8 @@ SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path,
  * NULL) receives a static string such as "camera, lights", "" when nothing was added. */
 SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const float view[2],
                                               const char **added);
-/* A large horizontal quad under everything that was added so far; +Y is up. */
+/* A large horizontal disk under everything that was added so far; +Y is up. It touches what it is
+ * under, but lies 1e-4 of the size below what has no height. */
 SNELL_API snell_status snell_scene_add_ground(snell_scene *scene, snell_vec3 color,
                                               snell_instance_id *out);
 

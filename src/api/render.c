@@ -34,26 +34,44 @@ static bool has_clear_background(const description *d) {
     return background && ((const background_desc *)background->desc)->alpha < 1;
 }
 
-/* A scene's samples and depth are meant for its own integrator. The note has the line of render{}. */
-static void say_meant_for(const snell_scene *s, const render_desc *r, const integrator *own,
-                          const integrator *policy, uint32_t depth) {
-    char text[128];
-    bool samples = r->samples > 0, both = samples && r->max_depth >= 0;
-    if (both)
+static uint32_t usual_depth(const snell_scene *s, const integrator *policy) {
+    return description_has_dielectric(s->description) ? policy->max_depth_media : policy->max_depth;
+}
+
+/* A scene's samples and depth are meant for its own integrator: another takes its own, unless the
+ * caller chose some. The note has the line of render{}. */
+static void say_meant_for(const snell_scene *s, const snell_render_desc *chosen,
+                          const integrator *policy) {
+    const render_desc *r = render_settings(s);
+    if (r == NULL || r->integrator == 0 || r->integrator == (int)chosen->integrator) return;
+    bool samples = r->samples > 0 && (uint32_t)r->samples != chosen->samples &&
+                   chosen->samples == policy->samples;
+    bool depth = r->max_depth >= 0 && (uint32_t)r->max_depth != chosen->max_depth &&
+                 chosen->max_depth == usual_depth(s, policy);
+    if (!samples && !depth) return;
+    char text[128], instead[32];
+    snprintf(text, sizeof text, "%s %d", samples ? "samples" : "max_depth",
+             samples ? r->samples : r->max_depth);
+    snprintf(instead, sizeof instead, "%u", samples ? chosen->samples : chosen->max_depth);
+    if (samples && depth) {
         snprintf(text, sizeof text, "samples %d and max_depth %d", r->samples, r->max_depth);
-    else if (samples)
-        snprintf(text, sizeof text, "samples %d", r->samples);
-    else if (r->max_depth >= 0)
-        snprintf(text, sizeof text, "max_depth %d", r->max_depth);
-    else
-        return;
-    char instead[32];
-    snprintf(instead, sizeof instead, both ? "%u and %u" : "%u", samples ? policy->samples : depth,
-             depth);
+        snprintf(instead, sizeof instead, "%u and %u", chosen->samples, chosen->max_depth);
+    }
     const object *said = description_setting(s->description, "render");
     log_write(&s->context->log, SNELL_INFO, (source_place){said->file, said->line, 0}, "",
               "the scene's %s %s meant for %s: %s takes its own, %s", text, samples ? "are" : "is",
-              own->name, policy->name, instead);
+              integrators[r->integrator - 1]->name, policy->name, instead);
+}
+
+static void say_depth(const snell_scene *s, const snell_render_desc *chosen,
+                      const integrator *policy) {
+    const render_desc *r = render_settings(s);
+    bool own =
+        r && r->max_depth >= 0 && (r->integrator == 0 || r->integrator == (int)chosen->integrator);
+    uint32_t depth = usual_depth(s, policy);
+    if (own || depth == policy->max_depth || chosen->max_depth != depth) return;
+    log_write(&s->context->log, SNELL_INFO, (source_place){0}, "",
+              "max_depth is %u, not %u: the scene has glass", depth, policy->max_depth);
 }
 
 static snell_status settings(const snell_scene *s, snell_integrator which, snell_render_desc *out) {
@@ -66,19 +84,14 @@ static snell_status settings(const snell_scene *s, snell_integrator which, snell
     const integrator *policy = NULL;
     snell_status status = find_integrator(which, &policy);
     if (status) return status;
-    bool glass = description_has_dielectric(s->description), own_depth = same && r->max_depth >= 0;
-    uint32_t depth = glass ? policy->max_depth_media : policy->max_depth;
-    if (!own_depth && depth != policy->max_depth)
-        log_write(&s->context->log, SNELL_INFO, (source_place){0}, "",
-                  "max_depth is %u, not %u: the scene has glass", depth, policy->max_depth);
-    if (!same) say_meant_for(s, r, integrators[r->integrator - 1], policy, depth);
+    bool own_depth = same && r->max_depth >= 0;
     *out = (snell_render_desc){
         .struct_size = sizeof *out,
         .integrator = which,
         .width = r->width > 0 ? (uint32_t)r->width : DEFAULT_WIDTH,
         .height = r->height > 0 ? (uint32_t)r->height : DEFAULT_HEIGHT,
         .samples = same && r->samples > 0 ? (uint32_t)r->samples : policy->samples,
-        .max_depth = own_depth ? (uint32_t)r->max_depth : depth,
+        .max_depth = own_depth ? (uint32_t)r->max_depth : usual_depth(s, policy),
         .min_weight = r->min_weight >= 0 ? r->min_weight : DEFAULT_MIN_WEIGHT,
         .filter = (snell_filter)r->filter,
         .filter_radius = r->filter_radius,
@@ -259,8 +272,11 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
     snell_status status = check_render(r);
     if (!status) status = find_integrator(r->integrator, &policy);
     if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
-    if (!status) render_notes(s->description, s->frozen, policy, &s->context->log);
-    return status ? status : render_with(s, r, camera, camera_desc, policy, out);
+    if (status) return status;
+    say_depth(s, r, policy);
+    say_meant_for(s, r, policy);
+    render_notes(s->description, s->frozen, policy, &s->context->log);
+    return render_with(s, r, camera, camera_desc, policy, out);
 }
 
 snell_status snell_render(const snell_scene *s, const snell_render_desc *desc, snell_film *f) {

@@ -402,18 +402,30 @@ static bool report_build(void *user, double fraction) {
     return p->progress(p->user, &progress);
 }
 
-/* A solid without a point is most likely a mistake. */
+/* What cannot be seen is most likely a mistake: a solid without a point, a mesh without area, a
+ * surface outside of its box. A file may have very many: the first are named, the rest are counted. */
 static void warn_of_empty(const snell_scene *s) {
+    enum { NAMED_MAX = 8 };
     const solid_set *set = s->frozen->solids;
-    for (size_t i = 0; i < set->shape_count; i++) {
-        if (set->solids[i] == NULL || !bounds3_is_empty(set->solids[i]->bounds)) continue;
-        const object *o = &s->description->objects[CATEGORY_SHAPE].items[i];
+    const object_list *shapes = &s->description->objects[CATEGORY_SHAPE];
+    size_t found = 0;
+    for (size_t i = 0; i < shapes->count; i++) {
+        const object *o = &shapes->items[i];
+        const primitive_type *type = (const primitive_type *)o->type;
+        const char *why = type->nothing ? type->nothing(o->desc) : NULL;
+        bool solid =
+            i < set->shape_count && set->solids[i] && bounds3_is_empty(set->solids[i]->bounds);
+        if (solid) why = "is empty";
+        if (why == NULL || ++found > NAMED_MAX) continue;
         char label[128];
         description_object_label(s->description, CATEGORY_SHAPE, (uint32_t)i, label, sizeof label);
         log_write(&s->context->log, SNELL_WARNING, (source_place){o->file, o->line, 0},
-                  "its shapes have nothing in common", "%s is empty: nothing of it is drawn",
-                  label);
+                  solid ? "its shapes have nothing in common" : NULL,
+                  "%s %s: nothing of it is drawn", label, why);
     }
+    if (found > NAMED_MAX)
+        log_write(&s->context->log, SNELL_WARNING, (source_place){0}, NULL,
+                  "nothing is drawn of %zu more shapes", found - NAMED_MAX);
 }
 
 snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {

@@ -179,13 +179,21 @@ snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const c
     return status;
 }
 
+/* What lies flat would share its plane with the ground, and neither would be before the other: the
+ * ground is then a ten-thousandth of the size lower. */
+static float ground_height(bounds3 b, dvec3 size) {
+    double length = dvec3_length(size);
+    if (size.y > 1e-6 * length || !(length > 0)) return b.min.y;
+    return (float)((double)b.min.y - 1e-4 * length);
+}
+
 static snell_status add_ground(snell_scene *s, snell_vec3 color, snell_instance_id *out) {
     bounds3 b = description_bounds(s->description);
     if (bounds3_is_empty(b)) b = (bounds3){{-1, 0, -1}, {1, 1, 1}};
     dvec3 size = dvec3_sub(dvec3_from(b.max), dvec3_from(b.min));
     double reach = 100 * dvec3_length(size); /* round, so that the horizon is one line */
     if (!(reach > 0)) reach = 100;
-    vec3 center = {(float)((double)b.min.x + size.x / 2), b.min.y,
+    vec3 center = {(float)((double)b.min.x + size.x / 2), ground_height(b, size),
                    (float)((double)b.min.z + size.z / 2)};
     const snell_param floor_params[] = {
         {.name = "center", .kind = SNELL_PARAM_VEC3, .value.v = center},

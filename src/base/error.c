@@ -95,29 +95,34 @@ void log_write(const log_sink *sink, snell_severity severity, source_place place
     sink->write(sink->user, &message);
 }
 
-/* Levenshtein distance of two short words, two rows at a time; words over 63 bytes count as far. */
+/* Of two short words: a letter more, less or other, or two neighbours swapped, count one each (the
+ * "optimal string alignment" distance). Words over 63 bytes count as far. */
 static size_t edit_distance(const char *a, const char *b) {
-    size_t rows = strlen(a), columns = strlen(b);
-    if (rows > 63 || columns > 63) return SIZE_MAX;
-    size_t row[64];
-    for (size_t j = 0; j <= columns; j++) row[j] = j;
-    for (size_t i = 1; i <= rows; i++) {
-        size_t diagonal = row[0];
+    size_t length = strlen(a), columns = strlen(b);
+    if (length > 63 || columns > 63) return SIZE_MAX;
+    size_t rows[3][64];
+    for (size_t j = 0; j <= columns; j++) rows[0][j] = j;
+    for (size_t i = 1; i <= length; i++) {
+        size_t *row = rows[i % 3];
+        const size_t *above = rows[(i + 2) % 3], *above2 = rows[(i + 1) % 3];
         row[0] = i;
         for (size_t j = 1; j <= columns; j++) {
-            size_t change = diagonal + (a[i - 1] != b[j - 1]);
-            size_t shorter = (row[j] < row[j - 1] ? row[j] : row[j - 1]) + 1;
-            diagonal = row[j];
-            row[j] = change < shorter ? change : shorter;
+            size_t best = above[j - 1] + (a[i - 1] != b[j - 1]);
+            if (above[j] + 1 < best) best = above[j] + 1;
+            if (row[j - 1] + 1 < best) best = row[j - 1] + 1;
+            bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+            if (swapped && above2[j - 2] + 1 < best) best = above2[j - 2] + 1;
+            row[j] = best;
         }
     }
-    return row[columns];
+    return rows[length % 3][columns];
 }
 
 const char *closest_word(const char *word, const char *const *choices, size_t count) {
     const char *best = NULL;
     size_t length = strlen(word);
-    size_t best_distance = 1 + length / 3 + 1; /* accept about one error in three letters */
+    size_t far = length < 2 ? 0 : length < 6 ? 1 : length / 3; /* one error in three letters */
+    size_t best_distance = far + 1;
     for (size_t i = 0; i < count; i++) {
         size_t distance = edit_distance(word, choices[i]);
         if (distance < best_distance) {

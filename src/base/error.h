@@ -38,8 +38,8 @@ typedef struct log_sink {
 void log_write(const log_sink *sink, snell_severity severity, source_place place, const char *hint,
                const char *format, ...) PRINTF_LIKE(5, 6);
 
-/* Of `choices` (count strings), the one most like `word` by edit distance, or NULL when none is
- * near. */
+/* Of `choices` (count strings), the one most like `word` by edit distance; NULL when none is near:
+ * at most one error in three letters, or one in a word of two to five. */
 const char *closest_word(const char *word, const char *const *choices, size_t count);
 
 #endif

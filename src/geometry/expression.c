@@ -369,7 +369,9 @@ static int emit(reader *r, code what, int a, int b, double number) {
     const step *left = &e->steps[a], *right = &e->steps[b];
     if (what > CODE_Z && left->code == CODE_NUMBER && right->code == CODE_NUMBER) {
         number = apply(what, left->number, right->number, number);
-        if (!isfinite(number)) return fail(r, NULL, "this number is not finite");
+        if (!isfinite(number))
+            return fail(r, "it depends on no x, y or z, and has no value anywhere, as sqrt(-1)",
+                        "this number is not finite");
         what = CODE_NUMBER;
         a = b = 0;
     }

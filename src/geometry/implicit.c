@@ -88,6 +88,35 @@ static snell_status check(const void *desc) {
     return status;
 }
 
+/* Piece number i of `count` between low and high. */
+static interval piece(float low, float high, int i, int count) {
+    double from = (double)low, size = (double)high - from;
+    return interval_wider(from + size * i / count, from + size * (i + 1) / count, 4);
+}
+
+/* The formula's bounds in 8 x 8 x 8 pieces of the box: mostly one of the first says that it is not
+ * so. */
+static const char *nothing(const void *desc) {
+    enum { PIECES = 8 };
+    const implicit_desc *implicit = desc;
+    vec3 a = implicit->min, b = implicit->max;
+    expression *f = NULL;
+    if (expression_create("implicit: 'f'", implicit->f, &f)) return NULL;
+    bool outside = true, inside = !implicit->capped;
+    for (int i = 0; i < PIECES * PIECES * PIECES && (outside || inside); i++) {
+        const interval box[3] = {piece(a.x, b.x, i % PIECES, PIECES),
+                                 piece(a.y, b.y, i / PIECES % PIECES, PIECES),
+                                 piece(a.z, b.z, i / (PIECES * PIECES), PIECES)};
+        expression_range found;
+        expression_over(f, box, NULL, 0, &found);
+        outside = outside && (found.undefined || found.value.low >= 0);
+        inside = inside && found.value.high < 0 && !found.undefined_somewhere;
+    }
+    expression_destroy(f);
+    if (outside) return "is nowhere below 0 in its box";
+    return inside ? "is below 0 in all of its box, which is not capped" : NULL;
+}
+
 static bounds3 bounds(const void *desc) {
     const implicit_desc *implicit = desc;
     return (bounds3){implicit->min, implicit->max};
@@ -265,6 +294,7 @@ const primitive_type primitive_implicit = {
     .info = TYPE_INFO(CATEGORY_SHAPE, implicit, "implicit",
                       "where a formula in x, y, z is below 0; distance fields too"),
     .check = check,
+    .nothing = nothing,
     .bounds = bounds,
     .prepare = prepare,
     .release = release,

@@ -274,10 +274,21 @@ static void sample_area(const void *desc, uint32_t primitive, double u, double v
     mesh_surface(desc, primitive, &at, weight, (dvec3){0, 1, 0}, out);
 }
 
+/* Mostly the first triangle says no. One that deforms may have an area at another time. */
+static const char *nothing(const void *desc) {
+    const mesh_desc *mesh = desc;
+    size_t count = mesh_triangle_count(mesh);
+    if (count && mesh->key_times_count) return NULL;
+    for (size_t i = 0; i < count; i++)
+        if (area(desc, (uint32_t)i) > 0) return NULL;
+    return count ? "has no triangle with an area" : "has no triangles";
+}
+
 const primitive_type primitive_mesh = {
     .info = TYPE_INFO(CATEGORY_SHAPE, mesh, "mesh", "triangles"),
     .flat = true,
     .check = check,
+    .nothing = nothing,
     .bounds = bounds,
     .primitive_count = primitive_count,
     .primitive_bounds = primitive_bounds,

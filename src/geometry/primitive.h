@@ -61,6 +61,9 @@ typedef struct primitive_type {
     bool unbounded; /* has no box (planes): tested for every ray */
     /* Beyond what the table can say; NULL: nothing. Reports with error_set. */
     snell_status (*check)(const void *desc);
+    /* Why no ray can ever meet a checked shape, as in "the mesh 'a' has no triangles", where that is
+     * cheap to prove; NULL: it may be met. Gets the description itself. NULL for most. */
+    const char *(*nothing)(const void *desc);
     bounds3 (*bounds)(const void *desc); /* contains every point that intersect may return */
     /* What is worked out once for all rays: a copy of the description that more follows after, which
      * borrows the description's strings and arrays. All functions below get it in the description's

@@ -87,6 +87,23 @@ static snell_status check(const void *desc) {
                      "quadric: all of 'square', 'mixed' and 'linear' are 0");
 }
 
+/* By the middle's value and the most that each term can change it within the box. */
+static const char *nothing(const void *desc) {
+    form f = form_of(desc);
+    double x = f.half.x + f.slack, y = f.half.y + f.slack, z = f.half.z + f.slack;
+    double sway = fabs(f.linear.x) * x + fabs(f.linear.y) * y + fabs(f.linear.z) * z +
+                  2 * (fabs(f.xy) * x * y + fabs(f.xz) * x * z + fabs(f.yz) * y * z);
+    double low = f.constant - sway, high = f.constant + sway, rounding = 0;
+    const double squares[3] = {f.xx * x * x, f.yy * y * y, f.zz * z * z};
+    for (int i = 0; i < 3; i++) {
+        low += double_min(squares[i], 0);
+        high += double_max(squares[i], 0);
+        rounding += fabs(squares[i]);
+    }
+    rounding = 0x1p-40 * (rounding + sway + fabs(f.constant));
+    return low > rounding || high < -rounding ? "does not reach into its box" : NULL;
+}
+
 static bounds3 bounds(const void *desc) {
     form f = form_of(desc);
     dvec3 half = dvec3_add(f.half, (dvec3){f.slack, f.slack, f.slack});
@@ -331,6 +348,7 @@ const primitive_type primitive_quadric = {
     .info = TYPE_INFO(CATEGORY_SHAPE, quadric, "quadric",
                       "a surface of the second degree within a box: hyperboloids, bowls, saddles"),
     .check = check,
+    .nothing = nothing,
     .bounds = bounds,
     .intersect = intersect,
     .surface = fill_surface,

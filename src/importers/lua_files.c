@@ -385,8 +385,15 @@ static void check_param_name(lua_State *L, const char *name) {
 
 _Noreturn static void fail_param(lua_State *L, const char *text, const char *kind) {
     const char *name = lua_tostring(L, 1);
+    const char *initial = sandbox_tostring(L, 2);
     char hint[256];
-    snprintf(hint, sizeof hint, "such as -D %s=%s", name, sandbox_tostring(L, 2));
+    snprintf(hint, sizeof hint, "such as -D %.100s=%.40s", name, initial);
+    if (lua_isinteger(L, 2) && lua_stringtonumber(L, text) != 0) {
+        size_t used = strlen(hint);
+        snprintf(hint + used, sizeof hint - used,
+                 "; the scene's default %.20s is an integer, %.20s.0 would take fractions", initial,
+                 initial);
+    }
     scene_fail(L, SNELL_ERR_ARGUMENT, hint, "param '%s': '%s' is not %s", name, text, kind);
 }
 

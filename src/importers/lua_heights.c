@@ -1,5 +1,6 @@
-/* heightfield { heights = function(x, z) .. end, .. } and heightfield { file = "hills.png", .. }: both
- * become the plain form, a list of numbers, before the fields are read. */
+/* heightfield { heights = function(x, z) .. end, .. }, heightfield { heights = { {0, 1}, {1, 2} } } and
+ * heightfield { file = "hills.png", .. }: all become the plain form, a list of numbers, before the
+ * fields are read. */
 #include "importers/lua_scene.h"
 
 #include "importers/image_decode.h"
@@ -66,6 +67,57 @@ static void call_function(lua_State *L) {
     lua_setfield(L, 1, "heights");
 }
 
+/* `name` is what the list says: if it is given too, it must be the same. */
+static void set_count(lua_State *L, const char *name, size_t count) {
+    if (has(L, name) && read_count(L, name) != (int64_t)count)
+        scene_fail(L, SNELL_ERR_SYNTAX, "the list of rows says it: leave it out",
+                   "%s: '%s' is %d, but 'heights' has %zu", label, name, (int)read_count(L, name),
+                   count);
+    lua_pushinteger(L, (lua_Integer)count);
+    lua_setfield(L, 1, name);
+}
+
+/* The rows of the list on the top, one after the other. */
+static void join_rows(lua_State *L) {
+    int list = lua_gettop(L);
+    size_t rows = (size_t)lua_rawlen(L, list), columns = 0;
+    lua_newtable(L);
+    for (size_t row = 0; row < rows; row++) {
+        if (lua_rawgeti(L, list, (lua_Integer)row + 1) != LUA_TTABLE)
+            scene_fail(L, SNELL_ERR_SYNTAX, "heights = { {0, 1, 0}, {1, 2, 1} }",
+                       "%s: 'heights[%zu]' must be a list of numbers like the rows before it, not "
+                       "a %s",
+                       label, row + 1, luaL_typename(L, -1));
+        size_t length = (size_t)lua_rawlen(L, -1);
+        if (row == 0) columns = length;
+        if (length != columns)
+            scene_fail(L, SNELL_ERR_SYNTAX, "all rows have the same number of posts",
+                       "%s: row %zu of 'heights' has %zu numbers, row 1 has %zu", label, row + 1,
+                       length, columns);
+        sandbox_charge(L, 4 * (uint64_t)length);
+        for (size_t column = 0; column < columns; column++) {
+            lua_rawgeti(L, -1, (lua_Integer)column + 1);
+            values_read_entry(L, label, "heights", row + 1, column + 1);
+            lua_rawseti(L, -3, (lua_Integer)(row * columns + column) + 1);
+        }
+        lua_pop(L, 1);
+    }
+    set_count(L, "columns", columns);
+    set_count(L, "rows", rows);
+    lua_setfield(L, 1, "heights");
+}
+
+static bool is_nested(lua_State *L) {
+    lua_pushliteral(L, "heights");
+    bool nested = false;
+    if (lua_rawget(L, 1) == LUA_TTABLE) {
+        nested = lua_rawgeti(L, -1, 1) == LUA_TTABLE;
+        lua_pop(L, 1);
+    }
+    lua_pop(L, 1);
+    return nested;
+}
+
 /* Grey, or the red channel, from 0 to 1; floats as they are. */
 static void read_file(lua_State *L) {
     static const char *const said[] = {"heights", "columns", "rows"};
@@ -96,15 +148,18 @@ void heights_expand(lua_State *L) {
     lua_pushliteral(L, "heights");
     bool function = lua_rawget(L, 1) == LUA_TFUNCTION;
     lua_pop(L, 1);
-    bool file = has(L, "file");
-    if (!function && !file) return;
+    bool file = has(L, "file"), nested = is_nested(L);
+    if (!function && !file && !nested) return;
     copy_table(L);
     if (file) {
         read_file(L);
     } else {
         lua_pushliteral(L, "heights");
         lua_rawget(L, 1);
-        call_function(L);
+        if (nested)
+            join_rows(L);
+        else
+            call_function(L);
     }
     lua_settop(L, 1);
 }

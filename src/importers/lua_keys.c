@@ -2,6 +2,7 @@
  * form, key_times and one list of positions and of normals, before the fields are read. */
 #include "importers/lua_scene.h"
 
+#include <stdio.h>
 #include <string.h>
 
 static const char label[] = "mesh";
@@ -25,6 +26,18 @@ static void check_names(lua_State *L, int key, lua_Integer number) {
     }
 }
 
+/* The value on the top, entry number `at` of the list `place`, is a finite number or a list of such:
+ * later nobody knows of which key it was. */
+static void check_entry(lua_State *L, const char *place, lua_Integer at) {
+    if (lua_type(L, -1) == LUA_TNUMBER) values_read_entry(L, label, place, (size_t)at, 0);
+    lua_Integer count = lua_istable(L, -1) ? (lua_Integer)lua_rawlen(L, -1) : 0;
+    for (lua_Integer i = 1; i <= count && i <= 3; i++) {
+        lua_rawgeti(L, -1, i);
+        values_read_entry(L, label, place, (size_t)at, (size_t)i);
+        lua_pop(L, 1);
+    }
+}
+
 /* Adds the key's list of this name to the list `all`; returns how many values there are. */
 static lua_Integer append(lua_State *L, int key, lua_Integer number, const char *name, int all) {
     int kind = get(L, key, name);
@@ -34,8 +47,11 @@ static lua_Integer append(lua_State *L, int key, lua_Integer number, const char 
     lua_Integer count = kind == LUA_TNIL ? 0 : (lua_Integer)lua_rawlen(L, -1),
                 before = (lua_Integer)lua_rawlen(L, all);
     sandbox_charge(L, (uint64_t)count);
+    char place[48];
+    snprintf(place, sizeof place, "keys[%d].%s", (int)number, name);
     for (lua_Integer i = 1; i <= count; i++) {
         lua_rawgeti(L, -1, i);
+        check_entry(L, place, i);
         lua_rawseti(L, all, before + i);
     }
     lua_pop(L, 1);

@@ -108,8 +108,9 @@ static const placement *need_transform(lua_State *L, const char *label, const ch
     return given;
 }
 
-/* Key number `at` of the list on the top. */
-static motion_key read_key(lua_State *L, const char *label, lua_Integer at) {
+/* Key number `at` of the list on the top. *placed is the program's own transform, alive in the list. */
+static motion_key read_key(lua_State *L, const char *label, lua_Integer at,
+                           const placement **placed) {
     motion_key key;
     const char *shape = "motion = { {time = 0, transform = a}, {time = 1, transform = b} }";
     if (lua_rawgeti(L, -1, at) != LUA_TTABLE)
@@ -129,9 +130,25 @@ static motion_key read_key(lua_State *L, const char *label, lua_Integer at) {
     lua_pop(L, 1);
     lua_pushliteral(L, "transform");
     lua_rawget(L, -2);
-    key.transform = dtransform_round(need_transform(L, label, "needs in each key"));
+    *placed = need_transform(L, label, "needs in each key");
+    key.transform = dtransform_round(*placed);
     lua_pop(L, 2);
     return key;
+}
+
+/* Between keys the shorter arc is taken: half a turn may go either way, and a whole one is none. */
+static void warn_of_turn(lua_State *L, const char *label, size_t key, const placement *before,
+                         const placement *after) {
+    double degrees = fabs(transform_turn_between(before, after));
+    if (!(degrees >= 180)) return;
+    const char *file;
+    uint32_t line = scene_line(L, &file);
+    if (description_add_message(scene_of(L)->d, SNELL_WARNING, file, line,
+                                "put keys in between, or write motion = function(t) .. end",
+                                "%s: 'motion' [%zu] turns by %.6g degrees from the key before: "
+                                "between keys it turns the shorter way, by less than 180",
+                                label, key, degrees))
+        scene_fail_last(L, NULL, NULL);
 }
 
 /* Pushes the keys of the list on the top. */
@@ -139,10 +156,12 @@ static motion_key *read_keys(lua_State *L, const char *label, size_t *count) {
     *count = (size_t)lua_rawlen(L, -1);
     sandbox_charge(L, 16 * (uint64_t)*count);
     motion_key *keys = lua_newuserdatauv(L, (*count + 1) * sizeof *keys, 0);
-    for (size_t i = 0; i < *count; i++) {
+    const placement *before = NULL, *placed = NULL;
+    for (size_t i = 0; i < *count; i++, before = placed) {
         lua_pushvalue(L, -2);
-        keys[i] = read_key(L, label, (lua_Integer)i + 1);
+        keys[i] = read_key(L, label, (lua_Integer)i + 1, &placed);
         lua_pop(L, 1);
+        if (before) warn_of_turn(L, label, i + 1, before, placed);
     }
     if (motion_check(keys, *count, label)) scene_fail_last(L, NULL, NULL);
     return keys;

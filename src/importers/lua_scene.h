@@ -144,6 +144,10 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
 /* The value at `index`: three finite numbers. `name` is for messages. */
 void values_read_vec3(lua_State *L, int index, const char *label, const char *name, double out[3]);
 double values_read_number(lua_State *L, int index, const char *label, const char *name);
+/* The number on the top, an entry of the list `name`: number `row` from 1, or number `column` from 1
+ * of it (0: the list is not nested). An error names it. */
+double values_read_entry(lua_State *L, const char *label, const char *name, size_t row,
+                         size_t column);
 /* Two names of the table at index 1 that stand for one another. */
 void values_refuse_both(lua_State *L, const char *label, const char *one, const char *other);
 /* Fields of the table at index 1, NULL or false when absent. */
@@ -168,6 +172,9 @@ bool handle_get(lua_State *L, int index, const char *kind, uint32_t *out);
 
 /* ---- lua_transform.c ---- */
 placement values_get_placement(lua_State *L, const char *label); /* field transform of table 1 */
+/* By how many degrees two transforms of the program differ, as their angles were given: 360 between
+ * none and a whole turn. NaN where it is not known. Both point into userdata. */
+double transform_turn_between(const placement *from, const placement *to);
 void transform_open(lua_State *L);
 
 /* ---- lua_motion.c ---- */

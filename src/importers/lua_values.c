@@ -263,6 +263,18 @@ static size_t list_length(lua_State *L, int list, const char *label, const field
     return length;
 }
 
+double values_read_entry(lua_State *L, const char *label, const char *name, size_t row,
+                         size_t column) {
+    double x = lua_type(L, -1) == LUA_TNUMBER ? lua_tonumber(L, -1) : NAN;
+    if (x >= -(double)FLT_MAX && x <= (double)FLT_MAX) return x;
+    char place[128];
+    if (column)
+        snprintf(place, sizeof place, "%.60s[%zu][%zu]", name, row, column);
+    else
+        snprintf(place, sizeof place, "%.60s[%zu]", name, row);
+    return values_read_number(L, -1, label, place);
+}
+
 /* Pushes number `at` (from 0) of a plain or nested list. */
 static void push_element(lua_State *L, int list, const char *label, const field *f, size_t at,
                          size_t width) {
@@ -285,10 +297,13 @@ static void read_floats(lua_State *L, const char *label, const field *f, size_t 
                         snell_param *out) {
     int list = lua_gettop(L);
     size_t count = list_length(L, list, label, f, width);
+    bool nested = lua_rawgeti(L, list, 1) == LUA_TTABLE;
+    lua_pop(L, 1);
     float *made = lua_newuserdatauv(L, (count + 1) * sizeof *made, 0);
     for (size_t i = 0; i < count; i++) {
         push_element(L, list, label, f, i, width);
-        made[i] = (float)values_read_number(L, -1, label, f->name);
+        made[i] = (float)values_read_entry(L, label, f->name, (nested ? i / width : i) + 1,
+                                           nested ? i % width + 1 : 0);
         lua_pop(L, 1);
     }
     out->value.array.data = made;

@@ -30,6 +30,7 @@ typedef struct nff {
     description *d;
     const char *at, *end; /* the text that is left; *end is 0 */
     uint32_t line;
+    const char *line_start, *word_start; /* of the line that `at` is in; of `word` */
     char word[WORD_MAX];
     snell_material_id material; /* of what follows; {0}: grey */
     nff_light *lights;
@@ -48,6 +49,11 @@ typedef struct nff {
 
 static source_place here(const nff *n) { return (source_place){n->path, n->line, 0}; }
 
+/* The column, from 1, at which the last word begins, or the text ends. */
+static source_place at_word(const nff *n) {
+    return (source_place){n->path, n->line, (uint32_t)(n->word_start - n->line_start) + 1};
+}
+
 static void skip_line(nff *n) {
     while (n->at < n->end && *n->at != '\n') n->at++;
 }
@@ -60,6 +66,7 @@ static bool skip_space(nff *n, bool same_line) {
         if (*n->at == '\n') {
             if (same_line) return false;
             n->line++;
+            n->line_start = n->at + 1;
         } else if (*n->at != ' ' && *n->at != '\t' && *n->at != '\r') {
             return true;
         }
@@ -69,7 +76,9 @@ static bool skip_space(nff *n, bool same_line) {
 
 /* The next word, cut where it is too long for any that means something; false at the end. */
 static bool next_word(nff *n, bool same_line) {
-    if (!skip_space(n, same_line)) return false;
+    bool found = skip_space(n, same_line);
+    n->word_start = n->at;
+    if (!found) return false;
     size_t used = 0;
     for (; n->at < n->end && !strchr(" \t\r\n#", *n->at); n->at++)
         if (used + 1 < WORD_MAX) n->word[used++] = *n->at;
@@ -90,10 +99,10 @@ static bool word_is_number(const nff *n, float *out) {
 static snell_status read_numbers(nff *n, const char *entity, float *out, int count) {
     for (int i = 0; i < count; i++) {
         if (!next_word(n, false))
-            return error_set_at(SNELL_ERR_SYNTAX, here(n), "the file may be cut off",
+            return error_set_at(SNELL_ERR_SYNTAX, at_word(n), "the file may be cut off",
                                 "the file ends in the middle of '%s'", entity);
         if (!word_is_number(n, &out[i]))
-            return error_set_at(SNELL_ERR_SYNTAX, here(n), NULL,
+            return error_set_at(SNELL_ERR_SYNTAX, at_word(n), NULL,
                                 "'%s' needs a number here, not '%.40s'", entity, n->word);
     }
     return SNELL_OK;
@@ -210,7 +219,7 @@ static snell_status read_view(nff *n) {
     float values[PARTS][3] = {[FROM] = {0, 0, 1}, [UP] = {0, 1, 0}, [ANGLE] = {45}};
     uint32_t line = n->line;
     for (;;) {
-        const char *before = n->at;
+        const char *before = n->at, *start_before = n->line_start;
         uint32_t line_before = n->line;
         int i = 0;
         if (next_word(n, false))
@@ -220,6 +229,7 @@ static snell_status read_view(nff *n) {
         if (i == PARTS) {
             n->at = before;
             n->line = line_before;
+            n->line_start = start_before;
             return add_view(n, values[FROM], values[AT], values[UP], values[ANGLE][0],
                             values[RESOLUTION], line);
         }
@@ -387,7 +397,8 @@ static snell_status read_entity(nff *n) {
         skip_line(n);
         return SNELL_OK;
     }
-    return error_set_at(SNELL_ERR_SYNTAX, here(n), "NFF has v, b, l, f, s, c, p and pp",
+    return error_set_at(SNELL_ERR_SYNTAX, at_word(n),
+                        "a line of NFF begins with v, b, l, f, s, c, p or pp",
                         "unknown entity '%.40s'", word);
 }
 
@@ -410,6 +421,7 @@ static snell_status nff_read(const char *path, const import_options *options, de
     if (status) return status;
     nff n = {.path = path, .d = d, .at = (const char *)data, .line = 1, .bounds = bounds3_empty()};
     n.end = n.at + size;
+    n.line_start = n.word_start = n.at;
     if (options->up)
         description_add_message(d, SNELL_WARNING, path, 0, NULL,
                                 "an NFF file says by its camera which way is up: --up is ignored");
@@ -424,19 +436,23 @@ static snell_status nff_read(const char *path, const import_options *options, de
     return status;
 }
 
-/* Other formats have the same extension: this one if the first lines begin as its entities do. */
+/* Other formats have the same extension: this one if the first line is one of its own, an entity and
+ * a number or nothing, and none has an entity of its extended kin (platonic solids, polygons with
+ * texture coordinates). Whatever else comes later, even if it is wrong, is read as it began. */
 static bool nff_recognise(const char *extension, const uint8_t *first, size_t size) {
     static const char *const known = " v b l f s c p pp tess from at up angle hither resolution ";
+    static const char *const kin = " tet hex oct dod tpp ";
     if (strcmp(extension, ".nff") != 0) return false;
     nff n = {.at = (const char *)first, .end = (const char *)first + size};
+    n.line_start = n.word_start = n.at;
     bool any = false;
-    while (next_word(&n, false)) {
+    for (; next_word(&n, false); any = true) {
         char word[WORD_MAX + 2];
         float unused;
         snprintf(word, sizeof word, " %.60s ", n.word);
-        bool fits = strstr(known, word) || word_is_number(&n, &unused);
-        if (!fits && n.at < n.end) return false; /* the last word may be cut */
-        any |= fits;
+        if (strstr(kin, word)) return false;
+        if (!any && !strstr(known, word) && !word_is_number(&n, &unused)) return false;
+        if (!any && next_word(&n, true) && !word_is_number(&n, &unused)) return false;
         skip_line(&n);
     }
     return any;
