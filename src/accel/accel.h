@@ -6,7 +6,8 @@
  * visits:
  *   - accept a primitive if its own test says so and the ray passes its own box (and its instance's
  *     box, in the world or in its group, and those of the groups' instances around it) by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as
- *     passing and the exit is widened by a few roundings (BOX_EXIT_SCALE in layout.h says why);
+ *     passing and the exit is widened by a few roundings, a triangle's own box by the error of place
+ *     (layout.h says why);
  *     then t = max(t, entries of those boxes);
  *   - nearest t wins; equal t goes to the lowest (instance, primitive);
  *   - a node is skipped only if its entry is beyond the best t.
