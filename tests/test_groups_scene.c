@@ -424,6 +424,50 @@ static void more_than_is_allowed_is_refused(void **state) {
     rig_free(&r);
 }
 
+static void assert_bounds(snell_vec3 min, snell_vec3 max) {
+    snell_bounds b;
+    MUST(snell_scene_bounds(bench.scene, &b));
+    const float got[6] = {b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z},
+                want[6] = {min.x, min.y, min.z, max.x, max.y, max.z};
+    for (int i = 0; i < 6; i++) assert_true(fabsf(got[i] - want[i]) < 1e-4f);
+}
+
+/* A plane has no bounds; the ball beside it, in the same group and in groups of groups, keeps its own,
+ * and rays meet both. */
+static void bounds_hold_what_stands_beside_a_plane(void **state) {
+    (void)state;
+    snell_plane_desc plane = SNELL_INIT(plane_desc);
+    snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+    snell_shape_id floor, sphere, inner, outer;
+    snell_instance_id parts[3];
+    for (int alone = 0; alone < 2; alone++) {
+        rig_clear(&bench);
+        MUST(snell_scene_add_plane(bench.scene, &plane, &floor));
+        MUST(snell_scene_add_sphere(bench.scene, &ball, &sphere));
+        MUST(snell_scene_add_instance(bench.scene, floor, none, NULL, &parts[0]));
+        MUST(snell_scene_add_instance(bench.scene, sphere, none, NULL, &parts[1]));
+        MUST(snell_scene_add_group(bench.scene, parts, 2, NULL, &inner));
+        const transform up = {{{1, 0, 0, 0}, {0, 1, 0, 3}, {0, 0, 1, 0}}},
+                        right = {{{1, 0, 0, 5}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+        MUST(snell_scene_add_instance(bench.scene, inner, none, &up, &parts[0]));
+        MUST(snell_scene_add_instance(bench.scene, sphere, none, &right, &parts[1]));
+        MUST(snell_scene_add_group(bench.scene, parts, alone ? 1 : 2, NULL, &outer));
+        if (alone) MUST(snell_scene_remove_instance(bench.scene, parts[1]));
+        MUST(snell_scene_add_instance(bench.scene, outer, none, &right, NULL));
+        for (int committed = 0; committed < 2; committed++) {
+            assert_bounds(v3(4, alone ? 2 : -1, -1), v3(alone ? 6 : 11, 4, 1));
+            MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        }
+        snell_hit hits[2];
+        snell_ray rays[2] = {{.origin = v3(5, 9, 0), .direction = v3(0, -1, 0), .mask = 1},
+                             {.origin = v3(50, 9, 0), .direction = v3(0, -1, 0), .mask = 1}};
+        for (int i = 0; i < 2; i++) rays[i].t_max = INFINITY;
+        MUST(snell_scene_intersect(bench.scene, rays, hits, 2));
+        assert_float_equal(hits[0].t, 5, 1e-4);
+        assert_float_equal(hits[1].t, 6, 1e-4);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(groups_are_what_they_are_taken_apart),
@@ -432,6 +476,7 @@ int main(void) {
         cmocka_unit_test(wrong_groups_are_errors),
         cmocka_unit_test(copies_of_what_shines_are_lights),
         cmocka_unit_test(ten_million_shapes_in_the_stated_memory),
+        cmocka_unit_test(bounds_hold_what_stands_beside_a_plane),
         cmocka_unit_test(more_than_is_allowed_is_refused),
     };
     return cmocka_run_group_tests(tests, open_bench, close_bench);
