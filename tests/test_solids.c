@@ -817,6 +817,66 @@ static void too_many_stretches_are_an_error(void **unused) {
     rig_free(&r);
 }
 
+/* Queries say so too, of their own rays alone: whoever asks later, or renders another view, is not
+ * told of them. The progress of a render may ask. */
+static bool ask_of_spent(void *user, const snell_progress *progress) {
+    rig *r = user;
+    (void)progress;
+    snell_ray across = {
+        .origin = v3(-5, 0.1, 0.1), .direction = v3(1, 0, 0), .t_max = INFINITY, .mask = 7};
+    snell_hit found;
+    return snell_scene_intersect(r->scene, &across, &found, 1) == SNELL_ERR_UNSUPPORTED;
+}
+
+static void spent_solids_are_the_askers_own(void **unused) {
+    (void)unused;
+    rig r = rig_make(2, SNELL_ISA_AUTO);
+    snell_implicit_desc waves = SNELL_INIT(implicit_desc);
+    snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+    snell_shape_id shapes[2], solid;
+    ball.center = v3(0, 0, -5);
+    waves.f = "sin(4000*x)";
+    waves.min = v3(-1, -1, -1);
+    waves.max = v3(1, 1, 1);
+    MUST(snell_scene_add_implicit(r.scene, &waves, &shapes[0]));
+    MUST(snell_scene_add_sphere(r.scene, &ball, &shapes[1]));
+    MUST(solid_of(&r, 0, shapes, NULL, 2, &solid));
+    MUST(snell_scene_add_instance(r.scene, solid, (snell_material_id){0, 0}, NULL, NULL));
+    MUST(snell_scene_commit(r.scene, NULL, NULL));
+    snell_ray rays[2] = {{.origin = v3(-5, 0.1, 0.1), .direction = v3(1, 0, 0)},
+                         {.origin = v3(0, 5, -5), .direction = v3(0, -1, 0)}};
+    for (int i = 0; i < 2; i++) rays[i].t_max = INFINITY, rays[i].mask = 7;
+    enum { MANY = 5000 };
+    static snell_ray many[MANY];
+    static snell_hit found[MANY];
+    static uint8_t blocked[MANY];
+    const char *said = "more than 1024 stretches";
+    for (int i = 0; i < MANY; i++) many[i] = rays[i != MANY - 1];
+    must_fail(snell_scene_intersect(r.scene, rays, found, 2), SNELL_ERR_UNSUPPORTED, said);
+    assert_true(isinf(found[0].t) && found[1].t < 5); /* the others are what they are */
+    MUST(snell_scene_intersect(r.scene, rays + 1, found, 1));
+    must_fail(snell_scene_occluded(r.scene, rays, blocked, 2), SNELL_ERR_UNSUPPORTED, said);
+    MUST(snell_scene_occluded(r.scene, rays + 1, blocked, 1));
+    must_fail(snell_scene_intersect_all(r.scene, many, found, MANY), SNELL_ERR_UNSUPPORTED, said);
+    MUST(snell_scene_intersect_all(r.scene, many, found, MANY - 1));
+    snell_render_desc desc = picture(SNELL_APPEL, 8, 8, 0);
+    snell_view away = SNELL_INIT(view), across = SNELL_INIT(view);
+    away.from = v3(0, 0, 5);
+    away.at = v3(0, 0, 50);
+    across.from = v3(-5, 0.1, 0.1);
+    across.at = v3(0, 0.1, 0.1);
+    across.fov = 1e-3f;
+    desc.progress = ask_of_spent;
+    desc.user = &r;
+    desc.view = &away;
+    MUST(snell_render(r.scene, &desc, r.film));
+    desc.view = &across;
+    must_fail(snell_render(r.scene, &desc, r.film), SNELL_ERR_UNSUPPORTED, said);
+    desc.view = &away;
+    MUST(snell_render(r.scene, &desc, r.film));
+    rig_free(&r);
+}
+
 /* ---- bounds ---- */
 
 static int warnings;
@@ -1026,6 +1086,7 @@ int main(void) {
         cmocka_unit_test(open_shapes_are_refused),
         cmocka_unit_test(wrong_solids_are_refused),
         cmocka_unit_test(too_many_stretches_are_an_error),
+        cmocka_unit_test(spent_solids_are_the_askers_own),
         cmocka_unit_test(bounds_are_tight),
         cmocka_unit_test(halves_of_glass_are_one),
         cmocka_unit_test(solids_move_as_a_whole),

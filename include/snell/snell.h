@@ -434,6 +434,9 @@ typedef struct snell_hit {
                 face's shape (a mesh's faces have one each); else 0; u, v: of a triangle, the
                 weights of its second and third vertex (of other shapes: not promised); normal:
                 geometric, unit, outward */
+/* Rays of the caller's own, held against the last commit; many threads may ask at once.
+ * SNELL_ERR_UNSUPPORTED: a ray meets more than 1024 stretches of what a solid is made of, and the
+ * results lack that solid on that ray; all others are written as they should be. */
 SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays,
                                              snell_hit *hits, size_t count); /* on this thread */
 SNELL_API snell_status snell_scene_intersect_all(const snell_scene *scene, const snell_ray *rays,

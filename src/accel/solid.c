@@ -295,13 +295,27 @@ static uint32_t event_face(const solid_shape *s, const solid_event *e) {
     return part->first_face + (part->mesh ? 2 * e->primitive + !e->enter : 0);
 }
 
+static _Thread_local uint64_t spent_lines;
+
+uint64_t solid_take_spent(void) {
+    uint64_t count = spent_lines;
+    spent_lines = 0;
+    return count;
+}
+
+snell_status solid_error_spent(void) {
+    return error_set(SNELL_ERR_UNSUPPORTED, "make it of several solids, or of simpler shapes",
+                     "a ray meets more than %d stretches of what a solid is made of",
+                     SOLID_SPANS_MAX);
+}
+
 /* Two faces that are one to a float, of a sliver or a crack, are none: else a ray that walks on from
  * the first would miss the second. */
 static bool intersect(const void *desc, const local_ray *beam, hit *found) {
     const solid_shape *s = desc;
     solid_line line;
     int faces[EVENTS_MAX], count = find_faces(s, beam, &line, faces);
-    if (count < 0) atomic_store_explicit(s->spent, true, memory_order_relaxed);
+    if (count < 0) spent_lines++;
     for (int i = 0; i < count; i++) {
         const solid_event *e = &line.events[faces[i]];
         if (i + 1 < count && (float)line.events[faces[i + 1]].t == (float)e->t) {

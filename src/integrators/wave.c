@@ -259,6 +259,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     for (block_cursor c = next; c.sample == 0; advance(&c))
         w->streams[c.pixel] = sample_pixel_stream(w->settings.seed, c.x, c.y);
     size_t size = w->settings.wave_size;
+    solid_take_spent();
     film_block_clear(block);
     w->film = block;
     w->go_on = go_on;
@@ -281,5 +282,5 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
         if (w->stopped) return SNELL_CANCELLED;
     }
     w->stats.film_overflows += block->overflows;
-    return w->stats.blocked_by_cap ? SNELL_ERR_UNSUPPORTED : SNELL_OK;
+    return w->stats.blocked_by_cap || w->stats.spent_solids ? SNELL_ERR_UNSUPPORTED : SNELL_OK;
 }

@@ -175,7 +175,6 @@ snell_status solid_set_create(size_t shape_count, solid_set **out) {
         return error_no_memory();
     }
     set->shape_count = shape_count;
-    atomic_init(&set->spent, false);
     *out = set;
     return SNELL_OK;
 }
@@ -352,7 +351,6 @@ snell_status solid_set_compile(solid_set *set, const description *d, uint32_t sh
     if (set->solids[shape] == NULL) {
         compiler c = {.set = set, .d = d, .pool = pool, .made = memory_zeroed(1, sizeof *c.made)};
         if (c.made == NULL) return error_no_memory();
-        c.made->spent = &set->spent;
         status = compile(&c, shape);
         if (status)
             destroy_solid(c.made);
