@@ -233,9 +233,17 @@ static snell_status add_slot(compiler *c, uint32_t index) {
     return SNELL_OK;
 }
 
-/* Slots of a mesh that has materials of its own, else one. */
-static snell_status add_slots(compiler *c, const mesh_desc *mesh, uint32_t index) {
+/* Slots of a mesh that has materials of its own, which are the same wherever it is named; else one. */
+static snell_status add_slots(compiler *c, solid_part *part, uint32_t index) {
+    const mesh_desc *mesh = part->mesh ? part->mesh->mesh : NULL;
     if (mesh == NULL || mesh->material_slots_count == 0) return add_slot(c, index);
+    for (size_t i = 0; i < c->part_count; i++)
+        if (c->made->parts[i].mesh == part->mesh) {
+            part->first_slot = c->made->parts[i].first_slot;
+            return SNELL_OK;
+        }
+    if (mesh->materials_count >= NO_ID - SOLID_PARTS_MAX - c->slot_count)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "a solid of too many materials");
     snell_status status = SNELL_OK;
     for (size_t i = 0; i < mesh->materials_count && !status; i++)
         status = add_slot(c, mesh->materials[i].index1 - 1);
@@ -266,7 +274,7 @@ static snell_status add_part(compiler *c, uint32_t shape, const place *at) {
         return error_set(SNELL_ERR_ARGUMENT, "scales must not be 0, nor nearly",
                          "the transforms of a solid's %s cannot be inverted", type->info.name);
     snell_status status = mesh ? find_mesh(c->set, mesh, c->pool, &part.mesh) : SNELL_OK;
-    if (!status) status = add_slots(c, mesh, at->material);
+    if (!status) status = add_slots(c, &part, at->material);
     if (status) return status;
     if (!ARRAY_GROW(c->made->parts, c->part_count, c->part_capacity, 1)) return error_no_memory();
     c->made->parts[c->part_count++] = part;
@@ -369,6 +377,7 @@ size_t solid_set_memory(const solid_set *set) {
     for (size_t i = 0; i < set->shape_count; i++)
         if (set->solids[i])
             bytes += set->solids[i]->part_count * sizeof(solid_part) +
-                     set->solids[i]->node_count * sizeof(solid_node);
+                     set->solids[i]->node_count * sizeof(solid_node) +
+                     set->solids[i]->slot_count * sizeof(uint32_t);
     return bytes;
 }
