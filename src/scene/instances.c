@@ -556,5 +556,5 @@ snell_status scene_freeze_geometry(scene *s, const description *d, const scene_o
     free(f.motion_of);
     free(f.first_group);
     part_lists_free(&f.lists);
-    return status ? status : scene_freeze_lights(s);
+    return status ? status : scene_freeze_lights(s, &options->accel);
 }
