@@ -572,6 +572,37 @@ static void memory_is_stated_before_it_is_taken(void **state) {
     }
 }
 
+static double time_of_bounds(int copies) {
+    enum { STRANDS = 4000, POINTS = 8 };
+    static snell_vec3 points[STRANDS * POINTS];
+    static uint32_t starts[STRANDS];
+    for (int i = 0; i < STRANDS * POINTS; i++) points[i] = v3(i % POINTS, i % 97, i % 89);
+    for (int i = 0; i < STRANDS; i++) starts[i] = (uint32_t)(i * POINTS);
+    snell_curves_desc desc = SNELL_INIT(curves_desc);
+    snell_shape_id shape;
+    snell_bounds b;
+    desc.points = points;
+    desc.points_count = STRANDS * POINTS;
+    desc.starts = starts;
+    desc.starts_count = STRANDS;
+    desc.radius = 0.125f;
+    rig_clear(&bench);
+    MUST(snell_scene_add_curves(bench.scene, &desc, &shape));
+    for (int i = 0; i < copies; i++)
+        MUST(snell_scene_add_instance(bench.scene, shape, none, NULL, NULL));
+    double before = time_seconds();
+    MUST(snell_scene_bounds(bench.scene, &b));
+    return time_seconds() - before;
+}
+
+/* A shape's bounds may take a look at each of its parts: not once more for every copy. */
+static void copies_share_their_bounds(void **state) {
+    (void)state;
+    double one = time_of_bounds(1), many = time_of_bounds(500);
+    printf("bounds of 1 copy: %.4f s, of 500: %.4f s\n", one, many);
+    assert_true(many < 20 * one + 0.01);
+}
+
 static void assert_bounds(snell_vec3 min, snell_vec3 max) {
     snell_bounds b;
     MUST(snell_scene_bounds(bench.scene, &b));
@@ -625,6 +656,7 @@ int main(void) {
         cmocka_unit_test(copies_of_what_shines_are_lights),
         cmocka_unit_test(ten_million_shapes_in_the_stated_memory),
         cmocka_unit_test(bounds_hold_what_stands_beside_a_plane),
+        cmocka_unit_test(copies_share_their_bounds),
         cmocka_unit_test(memory_is_stated_before_it_is_taken),
         cmocka_unit_test(more_than_is_allowed_is_refused),
     };
