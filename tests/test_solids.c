@@ -555,6 +555,55 @@ static void touching_boxes_have_no_face_between_them(void **unused) {
     rig_free(&r);
 }
 
+/* Two faces that are one to a float, and a ball whose surface crosses the line between them. */
+static void what_crosses_between_parts_no_faces(void **unused) {
+    (void)unused;
+    rig r = rig_make(1, SNELL_ISA_AUTO);
+    for (int order = 0; order < 3; order++) {
+        rig_clear(&r);
+        snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+        snell_shape_id shapes[3], id;
+        ball.center = v3(1.8f + 0.6e-6f, 1.1, 0.5);
+        shapes[order] = box_shape(&r, v3(0, 0, 0), v3(1, 1, 1));
+        shapes[(order + 1) % 3] = box_shape(&r, v3(1 + 1.2e-6, 0, 0), v3(3, 1, 1));
+        MUST(snell_scene_add_sphere(r.scene, &ball, &shapes[(order + 2) % 3]));
+        MUST(solid_of(&r, 0, shapes, NULL, 3, &id));
+        place(&r, id, (snell_material_id){0, 0});
+        MUST(snell_scene_commit(r.scene, NULL, NULL));
+        const scene *s = r.scene->frozen;
+        assert_int_equal(hits_of(s, (dvec3){-1, 0.5, 0.5}, (dvec3){0, 0.5, 0.5}), 2);
+        assert_int_equal(hits_of(s, (dvec3){4, 0.5, 0.5}, (dvec3){3, 0.5, 0.5}), 2);
+    }
+    rig_free(&r);
+}
+
+/* A mesh is looked through for holes once, however often a solid names it. */
+static void naming_a_mesh_often_is_not_checking_it_often(void **unused) {
+    (void)unused;
+    enum { BALLS = 300, TIMES = 400 };
+    rig r = rig_make(1, SNELL_ISA_AUTO);
+    static snell_vec3 positions[8 * BALLS];
+    static uint32_t indices[36 * BALLS];
+    static const uint32_t faces[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                       2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    for (uint32_t k = 0; k < BALLS; k++) {
+        for (uint32_t i = 0; i < 8; i++)
+            positions[8 * k + i] = v3(i & 1 ? 1 : 0, i & 2 ? 1 : 0, 2.0 * k + (i & 4 ? 1 : 0));
+        for (uint32_t i = 0; i < 36; i++) indices[36 * k + i] = 8 * k + faces[i];
+    }
+    snell_shape_id row[TIMES], id, mesh = add_mesh(&r, positions, 8 * BALLS, indices, 36 * BALLS);
+    double took[2];
+    for (int i = 0; i < TIMES; i++) row[i] = mesh;
+    for (int often = 0; often < 2; often++) {
+        double before = time_seconds();
+        for (int i = 0; i < 4; i++) MUST(solid_of(&r, 0, row, NULL, often ? TIMES : 1, &id));
+        took[often] = time_seconds() - before;
+    }
+    printf("a mesh named once: %.4f s, %d times: %.4f s\n", took[0] / 4, TIMES, took[1] / 4);
+    assert_true(took[1] < 50 * took[0] + 0.01);
+    rig_free(&r);
+}
+
 static void nothing_is_left_of_a_box_less_itself(void **unused) {
     (void)unused;
     rig r = rig_make(1, SNELL_ISA_AUTO);
@@ -1079,6 +1128,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_solids_are_what_their_points_say),
         cmocka_unit_test(touching_boxes_have_no_face_between_them),
+        cmocka_unit_test(what_crosses_between_parts_no_faces),
+        cmocka_unit_test(naming_a_mesh_often_is_not_checking_it_often),
         cmocka_unit_test(nothing_is_left_of_a_box_less_itself),
         cmocka_unit_test(a_hole_flush_with_the_face_is_open),
         cmocka_unit_test(the_first_of_two_faces_shows),

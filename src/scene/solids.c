@@ -84,11 +84,19 @@ static snell_status check_part(const description *d, uint32_t shape) {
                      "%s: an open %s cannot be part of a solid", o->type->name, o->type->name);
 }
 
+/* A row of one shape, under as many transforms, is most of what names shapes often. */
+static bool is_named_before(const snell_shape_id *shapes, size_t i) {
+    for (size_t k = i; k-- > 0;)
+        if (shapes[k].index1 == shapes[i].index1) return true;
+    return false;
+}
+
 snell_status solid_check_parts(const description *d, const snell_shape_id *shapes, size_t count) {
     uint32_t parts = 0, deepest = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t depth;
-        snell_status status = check_part(d, shapes[i].index1 - 1);
+        snell_status status =
+            is_named_before(shapes, i) ? SNELL_OK : check_part(d, shapes[i].index1 - 1);
         if (status) return status;
         measure(d, shapes[i].index1 - 1, &parts, &depth);
         if (depth > deepest) deepest = depth;
