@@ -653,6 +653,23 @@ static void copies_share_their_area(void **state) {
     assert_true(many < 20 * one + 0.02 && grouped < 20 * one + 0.02);
 }
 
+/* Every light is work, also the shapes that shine: a wave looks up in between. */
+static void many_shining_shapes_do_not_keep_waiting(void **state) {
+    (void)state;
+    enum { BALLS = 2000, SAMPLES = 4 };
+    rig_clear(&bench);
+    snell_material_id glow = add_glow(&bench, grey(1)), white = add_lambert(&bench, grey(0.5));
+    for (int i = 0; i < BALLS; i++) add_sphere(&bench, v3(i % 50, 9, i / 50), 0.1, glow);
+    add_quad(&bench, v3(-9, 0, -9), v3(90, 0, 0), v3(0, 0, 90), white);
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    looks = 0;
+    estimate_policy(&bench, integrators[SNELL_COOK - 1], v3(20, 5, 20), v3(20, 0, 20.1), 1,
+                    SAMPLES);
+    double lights = (double)BALLS * ESTIMATE_SIDE * ESTIMATE_SIDE * SAMPLES;
+    printf("%.0f lights were looked at, with %d looks up\n", lights, looks);
+    assert_true(looks > lights / 50000);
+}
+
 static int calls_left;
 static bool count_down(void *user, const snell_progress *progress) {
     (void)user;
@@ -688,6 +705,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(copies_share_their_area),
         cmocka_unit_test(areas_can_be_cancelled),
+        cmocka_unit_test(many_shining_shapes_do_not_keep_waiting),
         cmocka_unit_test(power_is_what_arrives),
         cmocka_unit_test(power_can_be_given),
         cmocka_unit_test(directions_fit_their_density),

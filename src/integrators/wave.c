@@ -158,13 +158,15 @@ static void trace_wave(wave *w, size_t count) {
     accel_trace(w->settings.scene->accel, w->settings.isa, w->rays, w->hits, count,
                 &w->stats.counters);
     w->next_count = 0;
+    /* `path` asks one light at a time. */
+    size_t lights = w->settings.integrator->one_branch ? 1 : scene_light_count(w->settings.scene);
     size_t work = 0; /* roughly, in lights looked at */
     for (size_t i = 0; i < count && !w->stopped; i++) {
         if (w->hits[i].instance == NO_ID)
             handle_miss(w, &current[i]);
         else
             handle_hit(w, &current[i], &w->hits[i]);
-        work += 1 + w->settings.scene->light_count;
+        work += 1 + lights;
         if (work < WORK_BETWEEN_LOOKS) continue;
         wave_look_up(w);
         work = 0;
