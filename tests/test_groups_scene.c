@@ -603,6 +603,35 @@ static void copies_share_their_bounds(void **state) {
     assert_true(many < 20 * one + 0.01);
 }
 
+/* A material for what has none makes no copy of a group in which everything has its own. */
+static void materials_that_nothing_takes_make_no_copies(void **state) {
+    (void)state;
+    enum { COPIES = 5 };
+    for (int lacking = 0; lacking < 2; lacking++) {
+        rig_clear(&bench);
+        snell_material_id red = add_lambert(&bench, v3(1, 0, 0));
+        snell_instance_id parts[2] = {add_sphere(&bench, v3(0, 0, 0), 1, red),
+                                      add_sphere(&bench, v3(3, 0, 0), 1, lacking ? none : red)};
+        snell_shape_id inner, outer;
+        MUST(snell_scene_add_group(bench.scene, parts, 2, NULL, &inner));
+        MUST(snell_scene_add_instance(bench.scene, inner, none, NULL, &parts[0]));
+        MUST(snell_scene_add_group(bench.scene, parts, 1, NULL, &outer));
+        for (int i = 0; i < COPIES; i++) {
+            snell_material_id paint = add_lambert(&bench, v3(0, 0, 1));
+            const transform up = {{{1, 0, 0, 0}, {0, 1, 0, (float)(3 * i)}, {0, 0, 1, 0}}};
+            snell_instance_id id;
+            MUST(snell_scene_add_instance(bench.scene, outer, paint, &up, &id));
+            bench.scene->description->instances[id.index1 - 1].fills = true;
+        }
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        const scene *s = bench.scene->frozen;
+        assert_int_equal(s->group_count, lacking ? 2 * COPIES : 2);
+        for (uint32_t i = 0; i < 2 * COPIES; i++)
+            assert_int_equal(scene_part(s, i)->material,
+                             lacking && i % 2 ? 1 + i / 2 : red.index1 - 1);
+    }
+}
+
 static void assert_bounds(snell_vec3 min, snell_vec3 max) {
     snell_bounds b;
     MUST(snell_scene_bounds(bench.scene, &b));
@@ -657,6 +686,7 @@ int main(void) {
         cmocka_unit_test(ten_million_shapes_in_the_stated_memory),
         cmocka_unit_test(bounds_hold_what_stands_beside_a_plane),
         cmocka_unit_test(copies_share_their_bounds),
+        cmocka_unit_test(materials_that_nothing_takes_make_no_copies),
         cmocka_unit_test(memory_is_stated_before_it_is_taken),
         cmocka_unit_test(more_than_is_allowed_is_refused),
     };

@@ -72,6 +72,7 @@ typedef struct freezing {
     part_lists lists;
     uint32_t *motion_of;    /* of each of the description's instances, in s->motions; or NO_ID */
     uint32_t *first_group;  /* of each shape, in s->groups; or NO_ID */
+    bool *takes_usual;      /* of each group: something in it has no material of its own */
     accel_instance *placed; /* beside s->instances */
     size_t instance_capacity, id_capacity, placed_capacity, group_capacity;
     uint64_t memory_max, planned_shapes; /* bytes: allowed, 0: any; and what all but parts take */
@@ -139,7 +140,7 @@ enum {
                  sizeof(frozen_instance) + sizeof(uint32_t) + NODES_BYTES,
     GROUP_BYTES = 3 * sizeof(scene_group) + sizeof(frozen_geometry) + sizeof(accel_geometry),
     SHAPE_BYTES = sizeof(frozen_geometry) + sizeof(accel_geometry) + sizeof(prepared_shape) +
-                  sizeof(solid_shape *) + 2 * sizeof(uint32_t)
+                  sizeof(solid_shape *) + 2 * sizeof(uint32_t) + sizeof(bool)
 };
 
 /* Bytes that stay, and the most that something needs while it is made. */
@@ -425,6 +426,7 @@ static uint32_t find_group(freezing *f, uint32_t shape, outside above) {
 /* Groups come after those in them. Recursion: part_lists_make has checked the depth. */
 static snell_status freeze_group(freezing *f, uint32_t shape, outside above, uint32_t *out) {
     scene *s = f->s;
+    if (!f->takes_usual[shape]) above.usual = NO_MATERIAL;
     *out = find_group(f, shape, above);
     if (*out != NO_ID) return SNELL_OK;
     uint32_t begin = f->lists.begin[shape], count = f->lists.begin[shape + 1] - begin;
@@ -481,6 +483,21 @@ static void freeze_bodies(freezing *f, uint32_t index, uint64_t *count) {
     }
 }
 
+/* Groups come after those in them. */
+static bool find_takers(freezing *f) {
+    const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
+    f->takes_usual = memory_zeroed(shapes->count, sizeof *f->takes_usual);
+    if (f->takes_usual == NULL) return false;
+    for (size_t g = 0; g < shapes->count; g++)
+        for (uint32_t i = f->lists.begin[g]; i < f->lists.begin[g + 1]; i++) {
+            const instance *part = &f->d->instances[f->lists.parts[i]];
+            if (part->material != NO_MATERIAL) continue;
+            bool is_group = object_is_group(&shapes->items[part->shape]);
+            f->takes_usual[g] |= !is_group || f->takes_usual[part->shape];
+        }
+    return true;
+}
+
 static snell_status freeze_world(freezing *f) {
     scene *s = f->s;
     const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
@@ -490,6 +507,7 @@ static snell_status freeze_world(freezing *f) {
     uint32_t begin = f->lists.begin[shapes->count],
              count = f->lists.begin[shapes->count + 1] - begin;
     status = check_plan(f, count + s->body_count);
+    if (!status && !find_takers(f)) status = error_no_memory();
     if (!status) status = freeze_motions(f);
     if (!status) status = prepare_shapes(f);
     if (!status) status = reserve_parts(f, count + s->body_count);
@@ -555,6 +573,7 @@ snell_status scene_freeze_geometry(scene *s, const description *d, const scene_o
     free(f.placed);
     free(f.motion_of);
     free(f.first_group);
+    free(f.takes_usual);
     part_lists_free(&f.lists);
     return status ? status : scene_freeze_lights(s, &options->accel);
 }
