@@ -5,8 +5,10 @@
 #include "api/api.h"
 #include "transport_test.h"
 
+static int looks; /* since somebody set it to 0 */
 static inline bool always_on(void *user, const wave_stats *stats) {
     (void)user, (void)stats;
+    looks++;
     return true;
 }
 

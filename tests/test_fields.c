@@ -1,5 +1,8 @@
 /* geometry: formulas and shapes that are fields, beyond what test_geometry asks of every shape: what a
  * formula means, that bounds enclose, what is refused and how, and that nothing takes for ever. */
+#ifdef __linux__
+#include <malloc.h>
+#endif
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -394,6 +397,41 @@ static void blobs_of_any_number(void **state) {
     assert_true(hits_of(type, &blob, 20000) > 2000);
 }
 
+/* What a commit is said to take counts these. */
+static void prepared_shapes_take_what_they_say(void **state) {
+    (void)state;
+    enum { MANY = 5000 };
+    static vec3 points[MANY];
+    random_state = 4;
+    for (int i = 0; i < MANY; i++) points[i] = vec3_from(in_ball((dvec3){0, 0, 0}, 1));
+    const implicit_like bowl = solid("x*x + y*y - z", 1);
+    const blob_like blob = {sizeof blob, points, MANY, 0.05f, 1, NULL, 0, 0.5f};
+    const julia_like julia = {sizeof julia, {-0.2f, 0.6f, 0.2f}, 0.2f, 0, 9, 4};
+    const void *const descs[] = {&bowl, &blob, &julia};
+    const char *const names[] = {"implicit", "blob", "julia"};
+    uint32_t known = 0;
+    for (int i = 0; i < 3; i++) {
+        const primitive_type *type = primitive_find(names[i]);
+        size_t said = type->prepared_size(descs[i]);
+#if defined(__GLIBC__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+        struct mallinfo2 before = mallinfo2();
+        void *made = type->prepare(descs[i]);
+        struct mallinfo2 after = mallinfo2();
+        size_t taken = after.uordblks + after.hblkhd - before.uordblks - before.hblkhd;
+        assert_non_null(made);
+        assert_true(taken > 0 && taken <= said + 256 && said <= 8 * taken);
+        type->release(made);
+#endif
+        assert_true(said > 0);
+    }
+    for (uint32_t i = 0; i < primitive_type_count; i++) {
+        const primitive_type *type = primitive_types[i];
+        assert_true((type->prepare == NULL) == (type->prepared_size == NULL));
+        known += type->prepare != NULL;
+    }
+    assert_int_equal(known, 3);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_formula_means_what_it_says),
@@ -405,6 +443,7 @@ int main(void) {
         cmocka_unit_test(thin_sheets_are_found),
         cmocka_unit_test(senseless_fields_are_refused),
         cmocka_unit_test(blobs_of_any_number),
+        cmocka_unit_test(prepared_shapes_take_what_they_say),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -4,6 +4,9 @@
 #include "render_test.h"
 
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 static rig bench;
 
@@ -424,6 +427,255 @@ static void more_than_is_allowed_is_refused(void **state) {
     rig_free(&r);
 }
 
+/* ---- nothing is taken that is not allowed ---- */
+
+enum { ALLOWED = 64 << 20 };
+
+/* One group under many materials: it is frozen once for each. */
+static void build_many_materials(rig *r) {
+    enum { PARTS_OF_GROUP = 2000, MATERIALS = 600 };
+    static snell_instance_id parts[PARTS_OF_GROUP];
+    snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+    snell_shape_id sphere, group;
+    MUST(snell_scene_add_sphere(r->scene, &ball, &sphere));
+    for (int i = 0; i < PARTS_OF_GROUP; i++)
+        MUST(snell_scene_add_instance(r->scene, sphere, none, NULL, &parts[i]));
+    MUST(snell_scene_add_group(r->scene, parts, PARTS_OF_GROUP, NULL, &group));
+    for (int i = 0; i < MATERIALS; i++) {
+        snell_material_id paint = add_lambert(r, grey(0.5));
+        MUST(snell_scene_add_instance(r->scene, group, paint, NULL, NULL));
+    }
+}
+
+/* Formulas are read into what is larger than they are. */
+static void build_formulas(rig *r) {
+    enum { FORMULAS = 12000 };
+    snell_implicit_desc ball = SNELL_INIT(implicit_desc);
+    ball.f = "x";
+    ball.min = v3(-1, -1, -1);
+    ball.max = v3(1, 1, 1);
+    for (int i = 0; i < FORMULAS; i++) {
+        snell_shape_id shape;
+        MUST(snell_scene_add_implicit(r->scene, &ball, &shape));
+        MUST(snell_scene_add_instance(r->scene, shape, none, NULL, NULL));
+    }
+}
+
+static snell_shape_id add_ball_mesh(rig *r, uint32_t n, bool many_materials) {
+    enum { MOST = 400, SLOTS = 100000 };
+    static snell_vec3 positions[MOST * MOST];
+    static uint32_t indices[6 * MOST * MOST], slots[2 * MOST * MOST];
+    static snell_material_id materials[SLOTS];
+    uint32_t *to = indices;
+    for (uint32_t i = 0; i < n; i++)
+        for (uint32_t j = 0; j < n; j++) {
+            const double turn = 6.283185307179586;
+            double a = turn * i / n, b = turn * j / n, far = 2 + cos(b);
+            positions[i * n + j] = v3(far * cos(a), sin(b), far * sin(a));
+            uint32_t right = (i + 1) % n * n, up = (j + 1) % n;
+            const uint32_t faces[6] = {i * n + j, i * n + up, right + j,
+                                       right + j, i * n + up, right + up};
+            for (int k = 0; k < 6; k++) *to++ = faces[k];
+        }
+    snell_mesh_desc mesh = SNELL_INIT(mesh_desc);
+    snell_shape_id shape;
+    mesh.positions = positions;
+    mesh.positions_count = (size_t)n * n;
+    mesh.indices = indices;
+    mesh.indices_count = 6 * (size_t)n * n;
+    if (many_materials) {
+        snell_material_id paint = add_lambert(r, grey(0.5));
+        for (int i = 0; i < SLOTS; i++) materials[i] = paint;
+        mesh.materials = materials;
+        mesh.materials_count = SLOTS;
+        mesh.material_slots = slots;
+        mesh.material_slots_count = 2 * (size_t)n * n;
+    }
+    MUST(snell_scene_add_mesh(r->scene, &mesh, &shape));
+    return shape;
+}
+
+static void add_solid_of(rig *r, snell_shape_id shape, int times) {
+    snell_shape_id shapes[SOLID_PARTS_MAX], solid;
+    for (int i = 0; i < times; i++) shapes[i] = shape;
+    snell_solid_desc desc = SNELL_INIT(solid_desc);
+    desc.shapes = shapes;
+    desc.shapes_count = (size_t)times;
+    MUST(snell_scene_add_solid(r->scene, &desc, &solid));
+    MUST(snell_scene_add_instance(r->scene, solid, none, NULL, NULL));
+}
+
+/* A tree for a solid, besides the mesh's. */
+static void build_large_solid(rig *r) { add_solid_of(r, add_ball_mesh(r, 400, false), 2); }
+static void build_slots(rig *r) { add_solid_of(r, add_ball_mesh(r, 4, true), SOLID_PARTS_MAX); }
+static void build_often_named(rig *r) { add_solid_of(r, add_ball_mesh(r, 100, false), 256); }
+
+/* In a process of its own, whose memory nobody else has used: how much more it had at its most, and
+ * what the commit said. */
+typedef struct taken {
+    snell_status status;
+    size_t more;
+    uint64_t planned;
+} taken;
+
+static taken commit_alone(void (*build)(rig *r)) {
+    int ends[2];
+    taken result;
+    assert_int_equal(pipe(ends), 0);
+    pid_t child = fork();
+    assert_true(child >= 0);
+    if (child == 0) {
+        snell_context_desc desc = SNELL_INIT(context_desc);
+        rig r = {0};
+        struct rusage before, after;
+        snell_scene_stats stats = {.struct_size = sizeof stats};
+        desc.thread_count = 1;
+        desc.memory_max = ALLOWED;
+        MUST(snell_context_create(&desc, &r.context));
+        MUST(snell_scene_create(r.context, &r.scene));
+        build(&r);
+        MUST(snell_scene_get_stats(r.scene, &stats));
+        getrusage(RUSAGE_SELF, &before);
+        result.status = snell_scene_commit(r.scene, NULL, NULL);
+        getrusage(RUSAGE_SELF, &after);
+        result.more = (size_t)(after.ru_maxrss - before.ru_maxrss) << 10;
+        result.planned = stats.memory_planned;
+        _exit(write(ends[1], &result, sizeof result) != sizeof result);
+    }
+    close(ends[1]);
+    assert_int_equal(read(ends[0], &result, sizeof result), sizeof result);
+    close(ends[0]);
+    waitpid(child, NULL, 0);
+    return result;
+}
+
+static void memory_is_stated_before_it_is_taken(void **state) {
+    (void)state;
+    static const struct {
+        const char *name;
+        void (*build)(rig *r);
+        bool refused;
+    } rows[] = {{"many materials", build_many_materials, true},
+                {"formulas", build_formulas, true},
+                {"a large solid", build_large_solid, true},
+                {"slots", build_slots, false},
+                {"a mesh named often", build_often_named, false}};
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        taken got = commit_alone(rows[i].build);
+        printf("%s: %.1f MiB planned, %.1f MiB more at the most: status %d\n", rows[i].name,
+               (double)got.planned * 0x1p-20, (double)got.more * 0x1p-20, got.status);
+        assert_int_equal(got.status, rows[i].refused ? SNELL_ERR_MEMORY : SNELL_OK);
+#ifndef __SANITIZE_ADDRESS__
+        assert_true(got.more <= ALLOWED + (1 << 20));
+        if (!rows[i].refused) assert_true(got.more <= got.planned + (1 << 20));
+#endif
+    }
+}
+
+static double time_of_bounds(int copies) {
+    enum { STRANDS = 4000, POINTS = 8 };
+    static snell_vec3 points[STRANDS * POINTS];
+    static uint32_t starts[STRANDS];
+    for (int i = 0; i < STRANDS * POINTS; i++) points[i] = v3(i % POINTS, i % 97, i % 89);
+    for (int i = 0; i < STRANDS; i++) starts[i] = (uint32_t)(i * POINTS);
+    snell_curves_desc desc = SNELL_INIT(curves_desc);
+    snell_shape_id shape;
+    snell_bounds b;
+    desc.points = points;
+    desc.points_count = STRANDS * POINTS;
+    desc.starts = starts;
+    desc.starts_count = STRANDS;
+    desc.radius = 0.125f;
+    rig_clear(&bench);
+    MUST(snell_scene_add_curves(bench.scene, &desc, &shape));
+    for (int i = 0; i < copies; i++)
+        MUST(snell_scene_add_instance(bench.scene, shape, none, NULL, NULL));
+    double before = time_seconds();
+    MUST(snell_scene_bounds(bench.scene, &b));
+    return time_seconds() - before;
+}
+
+/* A shape's bounds may take a look at each of its parts: not once more for every copy. */
+static void copies_share_their_bounds(void **state) {
+    (void)state;
+    double one = time_of_bounds(1), many = time_of_bounds(500);
+    printf("bounds of 1 copy: %.4f s, of 500: %.4f s\n", one, many);
+    assert_true(many < 20 * one + 0.01);
+}
+
+/* A material for what has none makes no copy of a group in which everything has its own. */
+static void materials_that_nothing_takes_make_no_copies(void **state) {
+    (void)state;
+    enum { COPIES = 5 };
+    for (int lacking = 0; lacking < 2; lacking++) {
+        rig_clear(&bench);
+        snell_material_id red = add_lambert(&bench, v3(1, 0, 0));
+        snell_instance_id parts[2] = {add_sphere(&bench, v3(0, 0, 0), 1, red),
+                                      add_sphere(&bench, v3(3, 0, 0), 1, lacking ? none : red)};
+        snell_shape_id inner, outer;
+        MUST(snell_scene_add_group(bench.scene, parts, 2, NULL, &inner));
+        MUST(snell_scene_add_instance(bench.scene, inner, none, NULL, &parts[0]));
+        MUST(snell_scene_add_group(bench.scene, parts, 1, NULL, &outer));
+        for (int i = 0; i < COPIES; i++) {
+            snell_material_id paint = add_lambert(&bench, v3(0, 0, 1));
+            const transform up = {{{1, 0, 0, 0}, {0, 1, 0, (float)(3 * i)}, {0, 0, 1, 0}}};
+            snell_instance_id id;
+            MUST(snell_scene_add_instance(bench.scene, outer, paint, &up, &id));
+            bench.scene->description->instances[id.index1 - 1].fills = true;
+        }
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        const scene *s = bench.scene->frozen;
+        assert_int_equal(s->group_count, lacking ? 2 * COPIES : 2);
+        for (uint32_t i = 0; i < 2 * COPIES; i++)
+            assert_int_equal(scene_part(s, i)->material,
+                             lacking && i % 2 ? 1 + i / 2 : red.index1 - 1);
+    }
+}
+
+static void assert_bounds(snell_vec3 min, snell_vec3 max) {
+    snell_bounds b;
+    MUST(snell_scene_bounds(bench.scene, &b));
+    const float got[6] = {b.min.x, b.min.y, b.min.z, b.max.x, b.max.y, b.max.z},
+                want[6] = {min.x, min.y, min.z, max.x, max.y, max.z};
+    for (int i = 0; i < 6; i++) assert_true(fabsf(got[i] - want[i]) < 1e-4f);
+}
+
+/* A plane has no bounds; the ball beside it, in the same group and in groups of groups, keeps its own,
+ * and rays meet both. */
+static void bounds_hold_what_stands_beside_a_plane(void **state) {
+    (void)state;
+    snell_plane_desc plane = SNELL_INIT(plane_desc);
+    snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+    snell_shape_id floor, sphere, inner, outer;
+    snell_instance_id parts[3];
+    for (int alone = 0; alone < 2; alone++) {
+        rig_clear(&bench);
+        MUST(snell_scene_add_plane(bench.scene, &plane, &floor));
+        MUST(snell_scene_add_sphere(bench.scene, &ball, &sphere));
+        MUST(snell_scene_add_instance(bench.scene, floor, none, NULL, &parts[0]));
+        MUST(snell_scene_add_instance(bench.scene, sphere, none, NULL, &parts[1]));
+        MUST(snell_scene_add_group(bench.scene, parts, 2, NULL, &inner));
+        const transform up = {{{1, 0, 0, 0}, {0, 1, 0, 3}, {0, 0, 1, 0}}},
+                        right = {{{1, 0, 0, 5}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+        MUST(snell_scene_add_instance(bench.scene, inner, none, &up, &parts[0]));
+        MUST(snell_scene_add_instance(bench.scene, sphere, none, &right, &parts[1]));
+        MUST(snell_scene_add_group(bench.scene, parts, alone ? 1 : 2, NULL, &outer));
+        if (alone) MUST(snell_scene_remove_instance(bench.scene, parts[1]));
+        MUST(snell_scene_add_instance(bench.scene, outer, none, &right, NULL));
+        for (int committed = 0; committed < 2; committed++) {
+            assert_bounds(v3(4, alone ? 2 : -1, -1), v3(alone ? 6 : 11, 4, 1));
+            MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        }
+        snell_hit hits[2];
+        snell_ray rays[2] = {{.origin = v3(5, 9, 0), .direction = v3(0, -1, 0), .mask = 1},
+                             {.origin = v3(50, 9, 0), .direction = v3(0, -1, 0), .mask = 1}};
+        for (int i = 0; i < 2; i++) rays[i].t_max = INFINITY;
+        MUST(snell_scene_intersect(bench.scene, rays, hits, 2));
+        assert_float_equal(hits[0].t, 5, 1e-4);
+        assert_float_equal(hits[1].t, 6, 1e-4);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(groups_are_what_they_are_taken_apart),
@@ -432,6 +684,10 @@ int main(void) {
         cmocka_unit_test(wrong_groups_are_errors),
         cmocka_unit_test(copies_of_what_shines_are_lights),
         cmocka_unit_test(ten_million_shapes_in_the_stated_memory),
+        cmocka_unit_test(bounds_hold_what_stands_beside_a_plane),
+        cmocka_unit_test(copies_share_their_bounds),
+        cmocka_unit_test(materials_that_nothing_takes_make_no_copies),
+        cmocka_unit_test(memory_is_stated_before_it_is_taken),
         cmocka_unit_test(more_than_is_allowed_is_refused),
     };
     return cmocka_run_group_tests(tests, open_bench, close_bench);

@@ -616,8 +616,96 @@ static void surveys_do_not_depend_on_threads(void **state) {
     }
 }
 
+/* ---- copies ---- */
+
+static double shining_commit(int copies, bool grouped) {
+    rig_clear(&bench);
+    snell_superellipsoid_desc desc = SNELL_INIT(superellipsoid_desc);
+    snell_material_id glow = add_glow(&bench, grey(1));
+    snell_shape_id shape, group;
+    snell_instance_id part;
+    MUST(snell_scene_add_superellipsoid(bench.scene, &desc, &shape));
+    if (grouped) {
+        MUST(snell_scene_add_instance(bench.scene, shape, glow, NULL, &part));
+        MUST(snell_scene_add_group(bench.scene, &part, 1, NULL, &group));
+    }
+    for (int i = 0; i < copies; i++) {
+        const snell_transform at = {{{1, 0, 0, (float)(3 * i)}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+        MUST(snell_scene_add_instance(bench.scene, grouped ? group : shape,
+                                      grouped ? (snell_material_id){0, 0} : glow, &at, NULL));
+    }
+    double before = time_seconds();
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    double took = time_seconds() - before;
+    assert_int_equal(bench.scene->frozen->emitter_count, copies);
+    for (int i = 0; i < copies; i++)
+        assert_true(bench.scene->frozen->emitters[i].area == bench.scene->frozen->emitters[0].area);
+    assert_true(bench.scene->frozen->emitters[0].area > 1);
+    return took;
+}
+
+/* The area of such a shape is a sum over many points: once, not for each copy. */
+static void copies_share_their_area(void **state) {
+    (void)state;
+    double one = shining_commit(1, false), many = shining_commit(400, false),
+           grouped = shining_commit(400, true);
+    printf("1 copy %.3f s, 400 copies %.3f s, in groups %.3f s\n", one, many, grouped);
+    assert_true(many < 20 * one + 0.02 && grouped < 20 * one + 0.02);
+}
+
+/* Every light is work, also the shapes that shine: a wave looks up in between. */
+static void many_shining_shapes_do_not_keep_waiting(void **state) {
+    (void)state;
+    enum { BALLS = 2000, SAMPLES = 4 };
+    rig_clear(&bench);
+    snell_material_id glow = add_glow(&bench, grey(1)), white = add_lambert(&bench, grey(0.5));
+    for (int i = 0; i < BALLS; i++) add_sphere(&bench, v3(i % 50, 9, i / 50), 0.1, glow);
+    add_quad(&bench, v3(-9, 0, -9), v3(90, 0, 0), v3(0, 0, 90), white);
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    looks = 0;
+    estimate_policy(&bench, integrators[SNELL_COOK - 1], v3(20, 5, 20), v3(20, 0, 20.1), 1,
+                    SAMPLES);
+    double lights = (double)BALLS * ESTIMATE_SIDE * ESTIMATE_SIDE * SAMPLES;
+    printf("%.0f lights were looked at, with %d looks up\n", lights, looks);
+    assert_true(looks > lights / 50000);
+}
+
+static int calls_left;
+static bool count_down(void *user, const snell_progress *progress) {
+    (void)user;
+    assert_true(progress->fraction >= 0 && progress->fraction <= 1);
+    return --calls_left >= 0;
+}
+
+/* What a scene without shining shapes may call is not enough here. */
+static void areas_can_be_cancelled(void **state) {
+    (void)state;
+    enum { PLENTY = 1000 };
+    for (int shining = 0; shining < 2; shining++) {
+        int used = PLENTY - calls_left;
+        rig_clear(&bench);
+        snell_quadric_desc desc = SNELL_INIT(quadric_desc);
+        desc.square = v3(1, 1, 1);
+        desc.constant = -0.5f;
+        snell_shape_id shape;
+        MUST(snell_scene_add_quadric(bench.scene, &desc, &shape));
+        snell_material_id paint =
+            shining ? add_glow(&bench, grey(1)) : add_lambert(&bench, grey(1));
+        MUST(snell_scene_add_instance(bench.scene, shape, paint, NULL, NULL));
+        if (shining) {
+            calls_left = used;
+            assert_int_equal(snell_scene_commit(bench.scene, count_down, NULL), SNELL_CANCELLED);
+        }
+        calls_left = PLENTY;
+        MUST(snell_scene_commit(bench.scene, count_down, NULL));
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(copies_share_their_area),
+        cmocka_unit_test(areas_can_be_cancelled),
+        cmocka_unit_test(many_shining_shapes_do_not_keep_waiting),
         cmocka_unit_test(power_is_what_arrives),
         cmocka_unit_test(power_can_be_given),
         cmocka_unit_test(directions_fit_their_density),

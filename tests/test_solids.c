@@ -556,6 +556,55 @@ static void touching_boxes_have_no_face_between_them(void **unused) {
     rig_free(&r);
 }
 
+/* Two faces that are one to a float, and a ball whose surface crosses the line between them. */
+static void what_crosses_between_parts_no_faces(void **unused) {
+    (void)unused;
+    rig r = rig_make(1, SNELL_ISA_AUTO);
+    for (int order = 0; order < 3; order++) {
+        rig_clear(&r);
+        snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+        snell_shape_id shapes[3], id;
+        ball.center = v3(1.8f + 0.6e-6f, 1.1, 0.5);
+        shapes[order] = box_shape(&r, v3(0, 0, 0), v3(1, 1, 1));
+        shapes[(order + 1) % 3] = box_shape(&r, v3(1 + 1.2e-6, 0, 0), v3(3, 1, 1));
+        MUST(snell_scene_add_sphere(r.scene, &ball, &shapes[(order + 2) % 3]));
+        MUST(solid_of(&r, 0, shapes, NULL, 3, &id));
+        place(&r, id, (snell_material_id){0, 0});
+        MUST(snell_scene_commit(r.scene, NULL, NULL));
+        const scene *s = r.scene->frozen;
+        assert_int_equal(hits_of(s, (dvec3){-1, 0.5, 0.5}, (dvec3){0, 0.5, 0.5}), 2);
+        assert_int_equal(hits_of(s, (dvec3){4, 0.5, 0.5}, (dvec3){3, 0.5, 0.5}), 2);
+    }
+    rig_free(&r);
+}
+
+/* A mesh is looked through for holes once, however often a solid names it. */
+static void naming_a_mesh_often_is_not_checking_it_often(void **unused) {
+    (void)unused;
+    enum { BALLS = 300, TIMES = 400 };
+    rig r = rig_make(1, SNELL_ISA_AUTO);
+    static snell_vec3 positions[8 * BALLS];
+    static uint32_t indices[36 * BALLS];
+    static const uint32_t faces[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                       2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+    for (uint32_t k = 0; k < BALLS; k++) {
+        for (uint32_t i = 0; i < 8; i++)
+            positions[8 * k + i] = v3(i & 1 ? 1 : 0, i & 2 ? 1 : 0, 2.0 * k + (i & 4 ? 1 : 0));
+        for (uint32_t i = 0; i < 36; i++) indices[36 * k + i] = 8 * k + faces[i];
+    }
+    snell_shape_id row[TIMES], id, mesh = add_mesh(&r, positions, 8 * BALLS, indices, 36 * BALLS);
+    double took[2];
+    for (int i = 0; i < TIMES; i++) row[i] = mesh;
+    for (int often = 0; often < 2; often++) {
+        double before = time_seconds();
+        for (int i = 0; i < 4; i++) MUST(solid_of(&r, 0, row, NULL, often ? TIMES : 1, &id));
+        took[often] = time_seconds() - before;
+    }
+    printf("a mesh named once: %.4f s, %d times: %.4f s\n", took[0] / 4, TIMES, took[1] / 4);
+    assert_true(took[1] < 50 * took[0] + 0.01);
+    rig_free(&r);
+}
+
 static void nothing_is_left_of_a_box_less_itself(void **unused) {
     (void)unused;
     rig r = rig_make(1, SNELL_ISA_AUTO);
@@ -885,6 +934,66 @@ static void too_many_stretches_are_an_error(void **unused) {
     rig_free(&r);
 }
 
+/* Queries say so too, of their own rays alone: whoever asks later, or renders another view, is not
+ * told of them. The progress of a render may ask. */
+static bool ask_of_spent(void *user, const snell_progress *progress) {
+    rig *r = user;
+    (void)progress;
+    snell_ray across = {
+        .origin = v3(-5, 0.1, 0.1), .direction = v3(1, 0, 0), .t_max = INFINITY, .mask = 7};
+    snell_hit found;
+    return snell_scene_intersect(r->scene, &across, &found, 1) == SNELL_ERR_UNSUPPORTED;
+}
+
+static void spent_solids_are_the_askers_own(void **unused) {
+    (void)unused;
+    rig r = rig_make(2, SNELL_ISA_AUTO);
+    snell_implicit_desc waves = SNELL_INIT(implicit_desc);
+    snell_sphere_desc ball = SNELL_INIT(sphere_desc);
+    snell_shape_id shapes[2], solid;
+    ball.center = v3(0, 0, -5);
+    waves.f = "sin(4000*x)";
+    waves.min = v3(-1, -1, -1);
+    waves.max = v3(1, 1, 1);
+    MUST(snell_scene_add_implicit(r.scene, &waves, &shapes[0]));
+    MUST(snell_scene_add_sphere(r.scene, &ball, &shapes[1]));
+    MUST(solid_of(&r, 0, shapes, NULL, 2, &solid));
+    MUST(snell_scene_add_instance(r.scene, solid, (snell_material_id){0, 0}, NULL, NULL));
+    MUST(snell_scene_commit(r.scene, NULL, NULL));
+    snell_ray rays[2] = {{.origin = v3(-5, 0.1, 0.1), .direction = v3(1, 0, 0)},
+                         {.origin = v3(0, 5, -5), .direction = v3(0, -1, 0)}};
+    for (int i = 0; i < 2; i++) rays[i].t_max = INFINITY, rays[i].mask = 7;
+    enum { MANY = 5000 };
+    static snell_ray many[MANY];
+    static snell_hit found[MANY];
+    static uint8_t blocked[MANY];
+    const char *said = "more than 1024 stretches";
+    for (int i = 0; i < MANY; i++) many[i] = rays[i != MANY - 1];
+    must_fail(snell_scene_intersect(r.scene, rays, found, 2), SNELL_ERR_UNSUPPORTED, said);
+    assert_true(isinf(found[0].t) && found[1].t < 5); /* the others are what they are */
+    MUST(snell_scene_intersect(r.scene, rays + 1, found, 1));
+    must_fail(snell_scene_occluded(r.scene, rays, blocked, 2), SNELL_ERR_UNSUPPORTED, said);
+    MUST(snell_scene_occluded(r.scene, rays + 1, blocked, 1));
+    must_fail(snell_scene_intersect_all(r.scene, many, found, MANY), SNELL_ERR_UNSUPPORTED, said);
+    MUST(snell_scene_intersect_all(r.scene, many, found, MANY - 1));
+    snell_render_desc desc = picture(SNELL_APPEL, 8, 8, 0);
+    snell_view away = SNELL_INIT(view), across = SNELL_INIT(view);
+    away.from = v3(0, 0, 5);
+    away.at = v3(0, 0, 50);
+    across.from = v3(-5, 0.1, 0.1);
+    across.at = v3(0, 0.1, 0.1);
+    across.fov = 1e-3f;
+    desc.progress = ask_of_spent;
+    desc.user = &r;
+    desc.view = &away;
+    MUST(snell_render(r.scene, &desc, r.film));
+    desc.view = &across;
+    must_fail(snell_render(r.scene, &desc, r.film), SNELL_ERR_UNSUPPORTED, said);
+    desc.view = &away;
+    MUST(snell_render(r.scene, &desc, r.film));
+    rig_free(&r);
+}
+
 /* ---- bounds ---- */
 
 static int warnings;
@@ -1087,6 +1196,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(random_solids_are_what_their_points_say),
         cmocka_unit_test(touching_boxes_have_no_face_between_them),
+        cmocka_unit_test(what_crosses_between_parts_no_faces),
+        cmocka_unit_test(naming_a_mesh_often_is_not_checking_it_often),
         cmocka_unit_test(nothing_is_left_of_a_box_less_itself),
         cmocka_unit_test(a_hole_flush_with_the_face_is_open),
         cmocka_unit_test(the_first_of_two_faces_shows),
@@ -1094,6 +1205,7 @@ int main(void) {
         cmocka_unit_test(open_shapes_are_refused),
         cmocka_unit_test(wrong_solids_are_refused),
         cmocka_unit_test(too_many_stretches_are_an_error),
+        cmocka_unit_test(spent_solids_are_the_askers_own),
         cmocka_unit_test(bounds_are_tight),
         cmocka_unit_test(halves_of_glass_are_one),
         cmocka_unit_test(solids_move_as_a_whole),

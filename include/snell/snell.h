@@ -391,7 +391,7 @@ typedef struct snell_scene_stats {
     uint32_t shape_count, material_count, texture_count, light_count, camera_count, param_count;
     uint64_t memory_geometry, memory_accel, memory_textures; /* bytes; accel: 0 before a commit */
     uint64_t memory_planned; /* that a commit takes for geometry at most, if no group is drawn with
-                                several materials of its instances */
+                                several materials of its instances; without motions and lights */
     bool has_emission, has_background, has_ambient, has_dielectric;
 } snell_scene_stats;
 SNELL_API snell_status snell_scene_get_stats(
@@ -436,6 +436,9 @@ typedef struct snell_hit {
                 the caller's shapes, the part; else 0; u, v: of a triangle, the
                 weights of its second and third vertex (of other shapes: not promised); normal:
                 geometric, unit, outward */
+/* Rays of the caller's own, held against the last commit; many threads may ask at once.
+ * SNELL_ERR_UNSUPPORTED: a ray meets more than 1024 stretches of what a solid is made of, and the
+ * results lack that solid on that ray; all others are written as they should be. */
 SNELL_API snell_status snell_scene_intersect(const snell_scene *scene, const snell_ray *rays,
                                              snell_hit *hits, size_t count); /* on this thread */
 SNELL_API snell_status snell_scene_intersect_all(const snell_scene *scene, const snell_ray *rays,

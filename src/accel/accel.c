@@ -187,6 +187,7 @@ static snell_status copy_instances(const accel *a, const accel_instance *instanc
     level->unbounded = memory_resize(NULL, count, sizeof *level->unbounded);
     if (level->instances == NULL || level->unbounded == NULL) return SNELL_ERR_MEMORY;
     level->instance_count = count;
+    level->bounds = bounds3_empty();
     uint64_t first = 0;
     for (size_t i = 0; i < count; i++) {
         const accel_instance *from = &instances[i];
@@ -208,12 +209,12 @@ static snell_status copy_instances(const accel *a, const accel_instance *instanc
                               .moves = from->moves,
                               .to_local = from->to_local};
         first += g->shape_count;
-        if (is_unbounded(g)) {
-            level->unbounded[level->unbounded_count++] = (uint32_t)i;
-            continue;
-        }
-        bounds3 box = instance_box(from, g, in_group);
-        if (!bounds3_is_empty(box))
+        if (is_unbounded(g)) level->unbounded[level->unbounded_count++] = (uint32_t)i;
+        if (g->type && g->type->unbounded) continue;
+        bounds3 box = bounds3_is_empty(g->bounds) ? g->bounds : instance_box(from, g, in_group);
+        if (bounds3_is_empty(box)) continue;
+        level->bounds = bounds3_union(level->bounds, box);
+        if (!is_unbounded(g))
             references[(*reference_count)++] = (build_reference){box.min, (uint32_t)i, box.max, 0};
     }
     return SNELL_OK;
@@ -251,7 +252,7 @@ static snell_status build_groups(accel *a, const accel_input *input, const accel
         if (g->type != NULL || !g->used) continue;
         status =
             build_level(a, from->parts, from->part_count, true, options, progress, pool, &g->level);
-        g->bounds = g->level.top.bounds;
+        g->bounds = g->level.bounds;
     }
     return status;
 }
@@ -313,7 +314,7 @@ void accel_destroy(accel *a) {
     free(a);
 }
 
-bounds3 accel_bounds(const accel *a) { return a->world.top.bounds; }
+bounds3 accel_bounds(const accel *a) { return a->world.bounds; }
 
 static void add_level_memory(accel_memory *m, const frozen_level *level) {
     m->node_bytes += level->top.node_count * sizeof *level->top.nodes;

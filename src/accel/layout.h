@@ -95,7 +95,8 @@ typedef struct frozen_level {
     size_t instance_count;
     uint32_t *unbounded; /* instances without a box, ascending */
     size_t unbounded_count;
-    bvh_tree top; /* node_count 0: no bounded instance */
+    bvh_tree top;   /* node_count 0: no bounded instance */
+    bounds3 bounds; /* of all that has a box, also of what stands beside the boundless in a group */
 } frozen_level;
 
 typedef struct frozen_geometry {

@@ -206,10 +206,36 @@ static bool coincide(const solid_shape *s, const local_ray *beam, const solid_ev
     return apart <= COINCIDE * size;
 }
 
+/* Other faces may cross the line between two that are one: so many of them are looked past. */
+enum { JOIN_REACH = 8 };
+
+/* The event, from number `begin` on, of a face that is one with that of the event before; or -1. A
+ * part's own events stay in order. */
+static int find_joined(const solid_shape *s, const local_ray *beam, const solid_line *line,
+                       int begin) {
+    const solid_event *e = line->events, *last = &e[begin - 1];
+    for (int i = begin; i < line->event_count && i < begin + JOIN_REACH; i++) {
+        if (!isfinite(e[i].t) || e[i].part == last->part) return -1;
+        bool first = true;
+        for (int k = begin; k < i; k++) first &= e[k].part != e[i].part;
+        if (!first) continue;
+        if (!is_near(beam, last, &e[i])) return -1;
+        if (coincide(s, beam, last, &e[i])) return i;
+    }
+    return -1;
+}
+
+/* Faces that are one come to stand one after the other. */
 static void join_events(const solid_shape *s, const local_ray *beam, solid_line *line) {
-    solid_event *e = line->events;
-    for (int i = 1; i < line->event_count; i++)
-        e[i].joined = is_near(beam, &e[i - 1], &e[i]) && coincide(s, beam, &e[i - 1], &e[i]);
+    for (int i = 1; i < line->event_count; i++) {
+        int found = find_joined(s, beam, line, i);
+        line->events[i].joined = found >= 0;
+        if (found <= i) continue;
+        solid_event joined = line->events[found];
+        for (int k = found; k > i; k--) line->events[k] = line->events[k - 1];
+        joined.joined = true;
+        line->events[i] = joined;
+    }
 }
 
 /* ---- the operations ---- */
@@ -295,13 +321,27 @@ static uint32_t event_face(const solid_shape *s, const solid_event *e) {
     return part->first_face + (part->mesh ? 2 * e->primitive + !e->enter : 0);
 }
 
+static _Thread_local uint64_t spent_lines;
+
+uint64_t solid_take_spent(void) {
+    uint64_t count = spent_lines;
+    spent_lines = 0;
+    return count;
+}
+
+snell_status solid_error_spent(void) {
+    return error_set(SNELL_ERR_UNSUPPORTED, "make it of several solids, or of simpler shapes",
+                     "a ray meets more than %d stretches of what a solid is made of",
+                     SOLID_SPANS_MAX);
+}
+
 /* Two faces that are one to a float, of a sliver or a crack, are none: else a ray that walks on from
  * the first would miss the second. */
 static bool intersect(const void *desc, const local_ray *beam, hit *found) {
     const solid_shape *s = desc;
     solid_line line;
     int faces[EVENTS_MAX], count = find_faces(s, beam, &line, faces);
-    if (count < 0) atomic_store_explicit(s->spent, true, memory_order_relaxed);
+    if (count < 0) spent_lines++;
     for (int i = 0; i < count; i++) {
         const solid_event *e = &line.events[faces[i]];
         if (i + 1 < count && (float)line.events[faces[i + 1]].t == (float)e->t) {

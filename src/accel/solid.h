@@ -20,8 +20,6 @@
 #ifndef SNELL_ACCEL_SOLID_H
 #define SNELL_ACCEL_SOLID_H
 
-#include <stdatomic.h>
-
 #include "accel/solid_mesh.h"
 #include "geometry/solid.h"
 
@@ -54,9 +52,8 @@ typedef struct solid_shape {
     solid_node *nodes; /* the whole is nodes[0]; parents come before children */
     uint32_t *slots;   /* material of each, or NO_ID: that of the instance */
     uint32_t part_count, node_count, slot_count;
-    bounds3 bounds;     /* half-spaces: perhaps infinite; empty: there is nothing */
-    bool textured;      /* texture coordinates are asked for */
-    atomic_bool *spent; /* set when a line met more than a solid can hold */
+    bounds3 bounds; /* half-spaces: perhaps infinite; empty: there is nothing */
+    bool textured;  /* texture coordinates are asked for */
 } solid_shape;
 
 /* Its desc is a solid_shape. The second has no box. */
@@ -65,6 +62,10 @@ extern const primitive_type solid_bounded, solid_boundless;
 static inline bool solid_is(const primitive_type *type) {
     return type == &solid_bounded || type == &solid_boundless;
 }
+/* How many lines of this thread met more than a solid can hold, for which rays miss it, since the
+ * last call: whoever traces asks before, to begin at 0, and afterwards. */
+uint64_t solid_take_spent(void);
+snell_status solid_error_spent(void); /* SNELL_ERR_UNSUPPORTED, and says so */
 /* The part that a face belongs to. */
 const solid_part *solid_find_part(const solid_shape *s, uint32_t face);
 /* `bend` of a primitive_type, for a face with this curvature (as the surface has it). */

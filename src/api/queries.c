@@ -28,15 +28,19 @@ static void convert_hit(const snell_scene *s, const ray *r, const hit *in, snell
     out->normal = vec3_from(p.outside ? p.n : dvec3_negate(p.n));
 }
 
-static void intersect(const snell_scene *s, const snell_ray *rays, snell_hit *hits, size_t count) {
+/* SNELL_ERR_UNSUPPORTED: a solid met more than it can hold, for which hits lack it. */
+static snell_status intersect(const snell_scene *s, const snell_ray *rays, snell_hit *hits,
+                              size_t count) {
     ray converted[CHUNK];
     hit found[CHUNK];
+    solid_take_spent();
     for (size_t start = 0; start < count; start += CHUNK) {
         size_t n = count - start < CHUNK ? count - start : CHUNK;
         for (size_t i = 0; i < n; i++) converted[i] = convert_ray(&rays[start + i]);
         accel_trace(s->frozen->accel, s->context->isa, converted, found, n, NULL);
         for (size_t i = 0; i < n; i++) convert_hit(s, &converted[i], &found[i], &hits[start + i]);
     }
+    return solid_take_spent() ? solid_error_spent() : SNELL_OK;
 }
 
 static snell_status begin_query(const snell_scene *s, const void *rays, const void *results,
@@ -51,10 +55,10 @@ snell_status snell_scene_intersect(const snell_scene *s, const snell_ray *rays, 
     snell_status status = begin_query(s, rays, hits, count);
     if (status) return status;
     unsigned saved = floatenv_enter();
-    intersect(s, rays, hits, count);
+    status = intersect(s, rays, hits, count);
     floatenv_leave(saved);
     scene_end_read(s);
-    return SNELL_OK;
+    return status;
 }
 
 snell_status snell_scene_get_path(const snell_scene *s, const snell_hit *found,
@@ -87,13 +91,14 @@ typedef struct query {
     const snell_ray *rays;
     snell_hit *hits;
     size_t count;
+    _Atomic bool spent;
 } query;
 
 static void intersect_part(void *data, size_t index, uint32_t worker) {
     (void)worker;
-    const query *q = data;
+    query *q = data;
     size_t start = index * TASK, n = q->count - start < TASK ? q->count - start : TASK;
-    intersect(q->scene, q->rays + start, q->hits + start, n);
+    if (intersect(q->scene, q->rays + start, q->hits + start, n)) q->spent = true;
 }
 
 snell_status snell_scene_intersect_all(const snell_scene *s, const snell_ray *rays, snell_hit *hits,
@@ -101,11 +106,11 @@ snell_status snell_scene_intersect_all(const snell_scene *s, const snell_ray *ra
     snell_status status = begin_query(s, rays, hits, count);
     if (status) return status;
     unsigned saved = floatenv_enter();
-    query q = {s, rays, hits, count};
+    query q = {s, rays, hits, count, false};
     thread_pool_run(s->context->pool, (count + TASK - 1) / TASK, intersect_part, &q);
     floatenv_leave(saved);
     scene_end_read(s);
-    return SNELL_OK;
+    return q.spent ? solid_error_spent() : SNELL_OK;
 }
 
 snell_status snell_scene_occluded(const snell_scene *s, const snell_ray *rays, uint8_t *blocked,
@@ -114,6 +119,7 @@ snell_status snell_scene_occluded(const snell_scene *s, const snell_ray *rays, u
     if (status) return status;
     unsigned saved = floatenv_enter();
     ray converted[CHUNK];
+    solid_take_spent();
     for (size_t start = 0; start < count; start += CHUNK) {
         size_t n = count - start < CHUNK ? count - start : CHUNK;
         for (size_t i = 0; i < n; i++) converted[i] = convert_ray(&rays[start + i]);
@@ -121,5 +127,5 @@ snell_status snell_scene_occluded(const snell_scene *s, const snell_ray *rays, u
     }
     floatenv_leave(saved);
     scene_end_read(s);
-    return SNELL_OK;
+    return solid_take_spent() ? solid_error_spent() : SNELL_OK;
 }

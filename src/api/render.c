@@ -200,14 +200,6 @@ static snell_status open_shutter(const snell_scene *s, const camera_common *came
     return motion_prepare(camera->motion, camera->motion_count, times[0], times[1], moved);
 }
 
-/* What a ray met of a solid that cannot be held is not in the picture. */
-static snell_status check_solids(const scene *frozen) {
-    if (!atomic_load(&frozen->solids->spent)) return SNELL_OK;
-    return error_set(SNELL_ERR_UNSUPPORTED, "make it of several solids, or of simpler shapes",
-                     "a ray meets more than %d stretches of what a solid is made of",
-                     SOLID_SPANS_MAX);
-}
-
 static snell_status render_with(const snell_scene *s, const snell_render_desc *r,
                                 const camera_type *camera, const void *camera_desc,
                                 const integrator *policy, snell_film *out) {
@@ -222,38 +214,43 @@ static snell_status render_with(const snell_scene *s, const snell_render_desc *r
         return error_no_memory();
     }
     camera_frame frame;
+    solid_take_spent();
     camera_prepare(camera, camera_desc, r->width, r->height, moved.count ? &moved : NULL, &frame);
+    /* A lens, or the plane of parallel rays, counts as being where its middle is. */
+    const media beyond_the_lens =
+        media_around(frozen, s->context->isa, frame.position, (float)times[0]);
+    if (solid_take_spent()) {
+        pixel_filter_free(&filter);
+        motion_free(&moved);
+        return solid_error_spent();
+    }
     bool crop = r->crop_width > 0;
-    render_options options = {
-        .wave = {.scene = frozen,
-                 .integrator = policy,
-                 .camera = camera,
-                 .frame = frame,
-                 /* A lens, or the plane of parallel rays, counts as being where its middle is. */
-                 .camera_media =
-                     media_around(frozen, s->context->isa, frame.position, (float)times[0]),
-                 .filter = &filter,
-                 .shutter_open = times[0],
-                 .shutter_close = times[1],
-                 .width = r->width,
-                 .height = r->height,
-                 .samples = r->samples,
-                 .max_depth = r->max_depth,
-                 .min_weight = r->min_weight,
-                 .seed = r->seed,
-                 .pixel_center = r->pixel_center,
-                 .transparent = r->transparent,
-                 .wave_size = r->wave_size,
-                 .isa = s->context->isa},
-        .crop_x = crop ? r->crop_x : 0,
-        .crop_y = crop ? r->crop_y : 0,
-        .crop_width = crop ? r->crop_width : r->width,
-        .crop_height = crop ? r->crop_height : r->height,
-        .progress = r->progress,
-        .user = r->user};
+    render_options options = {.wave = {.scene = frozen,
+                                       .integrator = policy,
+                                       .camera = camera,
+                                       .frame = frame,
+                                       .camera_media = beyond_the_lens,
+                                       .filter = &filter,
+                                       .shutter_open = times[0],
+                                       .shutter_close = times[1],
+                                       .width = r->width,
+                                       .height = r->height,
+                                       .samples = r->samples,
+                                       .max_depth = r->max_depth,
+                                       .min_weight = r->min_weight,
+                                       .seed = r->seed,
+                                       .pixel_center = r->pixel_center,
+                                       .transparent = r->transparent,
+                                       .wave_size = r->wave_size,
+                                       .isa = s->context->isa},
+                              .crop_x = crop ? r->crop_x : 0,
+                              .crop_y = crop ? r->crop_y : 0,
+                              .crop_width = crop ? r->crop_width : r->width,
+                              .crop_height = crop ? r->crop_height : r->height,
+                              .progress = r->progress,
+                              .user = r->user};
     keep_look(s, out);
     status = render_film(&options, s->context->pool, &out->film, &out->stats);
-    if (!status) status = check_solids(frozen);
     if (out->stats.film_overflows > 0)
         log_write(&s->context->log, SNELL_WARNING, (source_place){0},
                   "lights and emission should be under 1e13",

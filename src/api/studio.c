@@ -7,16 +7,13 @@
 #include "maths/functions.h"
 #include "scene/settings.h"
 
-/* groups: those of earlier shapes that are groups. */
+/* shapes: bounds of each, of groups those before this list. */
 static bounds3 list_bounds(const description *d, const part_lists *lists, size_t list,
-                           const bounds3 *groups) {
+                           const bounds3 *shapes) {
     bounds3 all = bounds3_empty();
     for (uint32_t i = lists->begin[list]; i < lists->begin[list + 1]; i++) {
         const instance *at = &d->instances[lists->parts[i]];
-        const object *shape = &d->objects[CATEGORY_SHAPE].items[at->shape];
-        transform identity = transform_identity();
-        bounds3 own =
-            object_is_group(shape) ? groups[at->shape] : shape_bounds(d, at->shape, &identity);
+        bounds3 own = shapes[at->shape];
         if (!bounds_are_finite(own)) continue;
         all = bounds3_union(all, transform_bounds(&at->to_world, own));
         for (size_t k = 1; k < at->key_count; k++)
@@ -25,16 +22,19 @@ static bounds3 list_bounds(const description *d, const part_lists *lists, size_t
     return all;
 }
 
+/* A shape of many parts looks at all of them: once, however often it is placed. */
 bounds3 description_bounds(const description *d) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    const transform identity = transform_identity();
     bounds3 all = bounds3_empty();
     part_lists lists;
     snell_status status = part_lists_make(d, &lists);
-    bounds3 *groups = memory_zeroed(shapes->count, sizeof *groups);
-    for (size_t g = 0; g < shapes->count && groups && !status; g++)
-        if (object_is_group(&shapes->items[g])) groups[g] = list_bounds(d, &lists, g, groups);
-    if (groups && !status) all = list_bounds(d, &lists, shapes->count, groups);
-    free(groups);
+    bounds3 *own = memory_zeroed(shapes->count, sizeof *own);
+    for (size_t i = 0; i < shapes->count && own && !status; i++)
+        own[i] = object_is_group(&shapes->items[i]) ? list_bounds(d, &lists, i, own)
+                                                    : shape_bounds(d, (uint32_t)i, &identity);
+    if (own && !status) all = list_bounds(d, &lists, shapes->count, own);
+    free(own);
     part_lists_free(&lists);
     return all;
 }

@@ -149,6 +149,12 @@ static void release(void *shape) {
     free(blob);
 }
 
+static size_t prepared_size(const void *desc) {
+    const tree_build *b = NULL; /* what is only needed while it is made counts too */
+    size_t each = sizeof(component) + 2 * sizeof(box_node) + sizeof *b->scratch + sizeof *b->keys;
+    return sizeof(prepared) + ((const blob_desc *)desc)->points_count * each;
+}
+
 static void *prepare(const void *desc) {
     const blob_desc *from = desc;
     size_t count = from->points_count;
@@ -478,6 +484,7 @@ const primitive_type primitive_blob = {
     .check = check,
     .bounds = bounds,
     .prepare = prepare,
+    .prepared_size = prepared_size,
     .release = release,
     .intersect = intersect,
     .surface = fill_surface,

@@ -48,6 +48,8 @@ struct expression {
     step steps[EXPRESSION_STEPS_MAX];
 };
 
+const size_t expression_size = sizeof(expression);
+
 /* ---- values ---- */
 
 /* NaN if either is: fmin and a < b ? a : b would each drop one. */

@@ -28,6 +28,7 @@ typedef struct expression expression;
  * nothing. */
 snell_status expression_create(const char *label, const char *text, expression **out);
 void expression_destroy(expression *e);
+extern const size_t expression_size; /* bytes of each */
 
 /* The value at p, and its derivatives along each of `count` (at most 3) directions. */
 double expression_at(const expression *e, dvec3 p, const dvec3 *along, int count,

@@ -47,6 +47,11 @@ static void *prepare(const void *desc) {
     return made;
 }
 
+static size_t prepared_size(const void *desc) {
+    (void)desc;
+    return sizeof(prepared) + expression_size;
+}
+
 static void release(void *shape) {
     expression_destroy(((prepared *)shape)->f);
     free(shape);
@@ -297,6 +302,7 @@ const primitive_type primitive_implicit = {
     .nothing = nothing,
     .bounds = bounds,
     .prepare = prepare,
+    .prepared_size = prepared_size,
     .release = release,
     .intersect = intersect,
     .surface = fill_surface,

@@ -102,6 +102,11 @@ static void *prepare(const void *desc) {
     return made;
 }
 
+static size_t prepared_size(const void *desc) {
+    (void)desc;
+    return sizeof(prepared);
+}
+
 static dvec3 middle(const void *shape) {
     (void)shape;
     return (dvec3){0, 0, 0};
@@ -250,6 +255,7 @@ const primitive_type primitive_julia = {
     .check = check,
     .bounds = bounds,
     .prepare = prepare,
+    .prepared_size = prepared_size,
     .release = free,
     .intersect = intersect,
     .surface = fill_surface,

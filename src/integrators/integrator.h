@@ -131,6 +131,7 @@ typedef struct wave_stats {
     trace_counters counters;
     fixed128 dropped_weight;
     uint64_t media_mismatches, film_overflows, blocked_by_cap;
+    uint64_t spent_solids; /* rays that met more of a solid than it can hold */
 } wave_stats;
 
 /* Rays to work on; one per worker, used again for every block. */
@@ -138,7 +139,8 @@ snell_status wave_create(const wave_settings *settings, wave **out);
 void wave_destroy(wave *w);
 /* All samples of the pixels x0..x1, y0..y1 (at most 16 x 16) into *block. Asks `go_on` now and
  * then; false ends with SNELL_CANCELLED and the block is to be thrown away. SNELL_ERR_UNSUPPORTED: a
- * shadow ray met more surfaces that let light through than the walk has steps. */
+ * shadow ray met more surfaces that let light through than the walk has steps (blocked_by_cap), or a ray
+ * more stretches of what a solid is made of than it can hold (spent_solids). */
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
                                film_block *film, bool (*go_on)(void *user, const wave_stats *stats),
                                void *user);

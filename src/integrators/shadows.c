@@ -85,7 +85,9 @@ static dvec3 shadow_filter(wave *w, shadow_ray *r) {
     return (dvec3){0, 0, 0};
 }
 
+/* The caller may trace rays of its own on this thread while it is told. */
 void wave_look_up(wave *w) {
+    w->stats.spent_solids += solid_take_spent();
     if (w->go_on && !w->stopped && !w->go_on(w->user, &w->stats)) w->stopped = true;
 }
 

@@ -158,13 +158,15 @@ static void trace_wave(wave *w, size_t count) {
     accel_trace(w->settings.scene->accel, w->settings.isa, w->rays, w->hits, count,
                 &w->stats.counters);
     w->next_count = 0;
+    /* `path` asks one light at a time. */
+    size_t lights = w->settings.integrator->one_branch ? 1 : scene_light_count(w->settings.scene);
     size_t work = 0; /* roughly, in lights looked at */
     for (size_t i = 0; i < count && !w->stopped; i++) {
         if (w->hits[i].instance == NO_ID)
             handle_miss(w, &current[i]);
         else
             handle_hit(w, &current[i], &w->hits[i]);
-        work += 1 + w->settings.scene->light_count;
+        work += 1 + lights;
         if (work < WORK_BETWEEN_LOOKS) continue;
         wave_look_up(w);
         work = 0;
@@ -259,6 +261,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     for (block_cursor c = next; c.sample == 0; advance(&c))
         w->streams[c.pixel] = sample_pixel_stream(w->settings.seed, c.x, c.y);
     size_t size = w->settings.wave_size;
+    solid_take_spent();
     film_block_clear(block);
     w->film = block;
     w->go_on = go_on;
@@ -281,5 +284,5 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
         if (w->stopped) return SNELL_CANCELLED;
     }
     w->stats.film_overflows += block->overflows;
-    return w->stats.blocked_by_cap ? SNELL_ERR_UNSUPPORTED : SNELL_OK;
+    return w->stats.blocked_by_cap || w->stats.spent_solids ? SNELL_ERR_UNSUPPORTED : SNELL_OK;
 }

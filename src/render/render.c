@@ -123,12 +123,17 @@ static void add_stats(snell_render_stats *out, const wave_stats *in, fixed128 *d
     *dropped += in->dropped_weight;
 }
 
-static void collect(job *j, uint32_t worker_count, snell_render_stats *out) {
+/* *spent: did a ray meet more of a solid than it can hold? */
+static void collect(job *j, uint32_t worker_count, snell_render_stats *out, bool *spent) {
     const render_options *o = j->options;
     *out = (snell_render_stats){.struct_size = sizeof *out};
     fixed128 dropped = 0;
     for (uint32_t i = 0; i < worker_count; i++) {
-        if (j->workers[i].wave) add_stats(out, wave_get_stats(j->workers[i].wave), &dropped);
+        if (j->workers[i].wave) {
+            const wave_stats *stats = wave_get_stats(j->workers[i].wave);
+            add_stats(out, stats, &dropped);
+            *spent |= stats->spent_solids > 0;
+        }
         wave_destroy(j->workers[i].wave);
         memory_free_aligned(j->workers[i].block);
     }
@@ -163,10 +168,12 @@ snell_status render_film(const render_options *o, thread_pool *pool, film *out,
     status = (snell_status)atomic_load(&j.stop);
     if (!status) report(&j, true);
     pthread_mutex_destroy(&j.lock);
-    collect(&j, thread_pool_size(pool), stats);
+    bool spent = false;
+    collect(&j, thread_pool_size(pool), stats, &spent);
     free(j.workers);
     if (status == SNELL_CANCELLED)
         return error_set(SNELL_CANCELLED, NULL, "the render was cancelled");
+    if (status == SNELL_ERR_UNSUPPORTED && spent) return solid_error_spent();
     if (status == SNELL_ERR_UNSUPPORTED)
         return error_set(status, "make some of them opaque to shadows, or fewer",
                          "a shadow ray meets too many surfaces that let light through");

@@ -72,8 +72,11 @@ typedef struct freezing {
     part_lists lists;
     uint32_t *motion_of;    /* of each of the description's instances, in s->motions; or NO_ID */
     uint32_t *first_group;  /* of each shape, in s->groups; or NO_ID */
+    bool *takes_usual;      /* of each group: something in it has no material of its own */
     accel_instance *placed; /* beside s->instances */
     size_t instance_capacity, id_capacity, placed_capacity, group_capacity;
+    uint64_t memory_max, planned_shapes; /* bytes: allowed, 0: any; and what all but parts take */
+    uint32_t largest, open_groups;       /* parts of one level; groups that are being made */
 } freezing;
 
 /* Each once, however many groups it is in. */
@@ -119,6 +122,135 @@ static snell_status place(const freezing *f, uint32_t id, scene_instance *at) {
                         "%s: the transform cannot be inverted", shape->type->name);
 }
 
+static bool deforms(const object *o) {
+    return o->type == &primitive_mesh.info && ((const mesh_desc *)o->desc)->key_times_count != 0;
+}
+
+/* ---- memory, stated before it is taken ---- */
+
+/* A level's node has two children or more: with 16 instances that is 9 nodes, and no number needs
+ * more for each. A tree is built from references, in parts that grow by doubling, and copied. */
+enum { NODES_BYTES = 9 * sizeof(bvh_node) / 16, BUILD_BYTES = 32 + 2 * NODES_BYTES };
+enum { TRIANGLE_BYTES = 75, TRIANGLE_BUILD_BYTES = 32 + 2 * TRIANGLE_BYTES };
+/* Of a mesh in a solid, the tables in which edges and vertices are counted. */
+enum { TRIANGLE_CLOSURE_BYTES = 3 * 4 * 16, VERTEX_CLOSURE_BYTES = 4 + 4 * 4 };
+enum {
+    /* Arrays that grow are up to twice as long, and are copied while they do. */
+    PART_BYTES = 3 * (sizeof(scene_instance) + sizeof(uint32_t) + sizeof(accel_instance)) +
+                 sizeof(frozen_instance) + sizeof(uint32_t) + NODES_BYTES,
+    GROUP_BYTES = 3 * sizeof(scene_group) + sizeof(frozen_geometry) + sizeof(accel_geometry),
+    SHAPE_BYTES = sizeof(frozen_geometry) + sizeof(accel_geometry) + sizeof(prepared_shape) +
+                  sizeof(solid_shape *) + 2 * sizeof(uint32_t) + sizeof(bool)
+};
+
+/* Bytes that stay, and the most that something needs while it is made. */
+typedef struct shape_plan {
+    const description *d;
+    uint32_t *seen_in; /* of each shape: the last solid that was found to name it, from 1; or 0 */
+    uint64_t stays, building;
+} shape_plan;
+
+static void plan_building(shape_plan *p, uint64_t bytes) {
+    if (bytes > p->building) p->building = bytes;
+}
+
+/* A mesh in a solid: a tree of its own, of leaves that may be half empty, once for all solids; its
+ * materials once for each. */
+static void plan_solid_mesh(shape_plan *p, uint32_t solid, uint32_t shape) {
+    const mesh_desc *mesh = p->d->objects[CATEGORY_SHAPE].items[shape].desc;
+    uint64_t count = mesh_triangle_count(mesh);
+    if (p->seen_in[shape] == solid + 1) return;
+    if (p->seen_in[shape] == 0) {
+        p->stays += sizeof(solid_mesh) + 2 * count * TRIANGLE_BYTES;
+        plan_building(p, TRIANGLE_CLOSURE_BYTES * count +
+                             VERTEX_CLOSURE_BYTES * (uint64_t)mesh->positions_count);
+    }
+    p->seen_in[shape] = solid + 1;
+    if (mesh->material_slots_count) p->stays += 3 * sizeof(uint32_t) * mesh->materials_count;
+}
+
+static void plan_named(shape_plan *p, uint32_t solid, uint32_t shape) {
+    const object *o = &p->d->objects[CATEGORY_SHAPE].items[shape];
+    if (o->type == &primitive_mesh.info) plan_solid_mesh(p, solid, shape);
+    if (o->type != &primitive_solid.info) return;
+    const solid_desc *from = o->desc;
+    for (size_t i = 0; i < from->shapes_count; i++)
+        plan_named(p, solid, from->shapes[i].index1 - 1);
+}
+
+static void plan_solid(shape_plan *p, uint32_t shape) {
+    p->stays +=
+        sizeof(solid_shape) + 3 * (uint64_t)shape_part_count(p->d, shape) *
+                                  (sizeof(solid_part) + sizeof(solid_node) + sizeof(uint32_t));
+    plan_named(p, shape, shape);
+}
+
+static void plan_tree(shape_plan *p, const object *o, const double times[2]) {
+    const primitive_type *type = (const primitive_type *)o->type;
+    uint64_t count = type->primitive_count(o->desc);
+    uint64_t building = count * (type->intersect ? BUILD_BYTES : TRIANGLE_BUILD_BYTES);
+    if (deforms(o)) { /* the tree once for each key that counts */
+        building += count * sizeof(build_way);
+        p->stays +=
+            count * TRIANGLE_BYTES * (uint64_t)deforming_count_keys(o->desc, times[0], times[1]) +
+            sizeof(deforming_mesh);
+    } else {
+        p->stays += count * (type->intersect ? NODES_BYTES : TRIANGLE_BYTES);
+    }
+    plan_building(p, building);
+}
+
+/* What all takes but parts and groups. False: out of memory. */
+static bool plan_shapes(const description *d, uint64_t *bytes) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    shape_plan p = {.d = d, .seen_in = memory_zeroed(shapes->count, sizeof *p.seen_in)};
+    double times[2];
+    if (p.seen_in == NULL) return false;
+    scene_visible_time(d, times);
+    for (size_t i = 0; i < shapes->count; i++) {
+        const object *o = &shapes->items[i];
+        const primitive_type *type = (const primitive_type *)o->type;
+        if (type->prepared_size) p.stays += type->prepared_size(o->desc) + sizeof(uint64_t);
+        if (type == &primitive_solid) plan_solid(&p, (uint32_t)i);
+        if (type->primitive_count) plan_tree(&p, o, times);
+    }
+    free(p.seen_in);
+    *bytes = (1u << 16) + shapes->count * SHAPE_BYTES + p.stays + p.building;
+    return true;
+}
+
+/* parts: instances of the world and of groups; largest: of those the most in one. */
+static uint64_t plan_parts(uint64_t parts, uint64_t largest, uint64_t groups) {
+    return parts * PART_BYTES + largest * BUILD_BYTES + groups * GROUP_BYTES;
+}
+
+uint64_t scene_plan_memory(const description *d) {
+    uint64_t parts = 0, largest = 0, groups = 0, bytes = 0;
+    part_lists lists;
+    plan_shapes(d, &bytes);
+    if (part_lists_make(d, &lists) == SNELL_OK)
+        for (size_t g = 0; g <= d->objects[CATEGORY_SHAPE].count; g++) {
+            uint32_t count = lists.begin[g + 1] - lists.begin[g];
+            parts += count;
+            groups += g < d->objects[CATEGORY_SHAPE].count && count > 0;
+            if (count > largest) largest = count;
+        }
+    part_lists_free(&lists);
+    return bytes + plan_parts(parts, largest, groups);
+}
+
+/* Before `count` more parts are made of one group, or of the world: with those that there are. */
+static snell_status check_plan(freezing *f, uint32_t count) {
+    const scene *s = f->s;
+    if (count > f->largest) f->largest = count;
+    uint64_t planned = f->planned_shapes + plan_parts((uint64_t)s->part_count + count, f->largest,
+                                                      (uint64_t)s->group_count + f->open_groups);
+    if (f->memory_max == 0 || planned <= f->memory_max) return SNELL_OK;
+    return error_set(SNELL_ERR_MEMORY, "allow more, or draw one group often",
+                     "the scene's geometry needs %.1f MiB or more, %.1f MiB are allowed",
+                     (double)planned * 0x1p-20, (double)f->memory_max * 0x1p-20);
+}
+
 /* ---- levels: the world and groups ---- */
 
 /* Materials that reach the parts of a group from outside; NO_MATERIAL: none. */
@@ -126,12 +258,15 @@ typedef struct outside {
     uint32_t forced, usual;
 } outside;
 
-static bool reserve_parts(freezing *f, uint32_t count) {
+static snell_status reserve_parts(freezing *f, uint32_t count) {
     scene *s = f->s;
-    return s->part_count <= UINT32_MAX - 1 - count &&
-           ARRAY_GROW(s->instances, s->part_count, f->instance_capacity, count) &&
-           ARRAY_GROW(s->instance_ids, s->part_count, f->id_capacity, count) &&
-           ARRAY_GROW(f->placed, s->part_count, f->placed_capacity, count);
+    snell_status status = check_plan(f, count);
+    if (status) return status;
+    bool room = s->part_count <= UINT32_MAX - 1 - count &&
+                ARRAY_GROW(s->instances, s->part_count, f->instance_capacity, count) &&
+                ARRAY_GROW(s->instance_ids, s->part_count, f->id_capacity, count) &&
+                ARRAY_GROW(f->placed, s->part_count, f->placed_capacity, count);
+    return room ? SNELL_OK : error_no_memory();
 }
 
 static snell_status freeze_group(freezing *f, uint32_t shape, outside from, uint32_t *out);
@@ -157,10 +292,6 @@ static snell_status prepare_deforming(const freezing *f, size_t shape) {
     s->prepared[shape] = (prepared_shape){&primitive_deforming, made};
     s->changes |= made->key_count > 1;
     return SNELL_OK;
-}
-
-static bool deforms(const object *o) {
-    return o->type == &primitive_mesh.info && ((const mesh_desc *)o->desc)->key_times_count != 0;
 }
 
 static snell_status prepare_shapes(const freezing *f) {
@@ -295,10 +426,13 @@ static uint32_t find_group(freezing *f, uint32_t shape, outside above) {
 /* Groups come after those in them. Recursion: part_lists_make has checked the depth. */
 static snell_status freeze_group(freezing *f, uint32_t shape, outside above, uint32_t *out) {
     scene *s = f->s;
+    if (!f->takes_usual[shape]) above.usual = NO_MATERIAL;
     *out = find_group(f, shape, above);
     if (*out != NO_ID) return SNELL_OK;
     uint32_t begin = f->lists.begin[shape], count = f->lists.begin[shape + 1] - begin;
-    if (!reserve_parts(f, count)) return error_no_memory();
+    f->open_groups++;
+    snell_status status = reserve_parts(f, count);
+    if (status) return status;
     scene_group made = {.shape_index = shape,
                         .forced = above.forced,
                         .usual = above.usual,
@@ -306,7 +440,6 @@ static snell_status freeze_group(freezing *f, uint32_t shape, outside above, uin
                         .part_count = count};
     s->part_count += count;
     uint64_t shapes = 0;
-    snell_status status = SNELL_OK;
     for (uint32_t i = 0; i < count && !status; i++)
         status = freeze_part(f, f->lists.parts[begin + i], above, made.first_part + i, &shapes,
                              &made.mask);
@@ -320,6 +453,7 @@ static snell_status freeze_group(freezing *f, uint32_t shape, outside above, uin
     if (!ARRAY_GROW(s->groups, s->group_count, f->group_capacity, 1)) return error_no_memory();
     *out = f->first_group[shape] = s->group_count;
     s->groups[s->group_count++] = made;
+    f->open_groups--;
     return SNELL_OK;
 }
 
@@ -349,18 +483,36 @@ static void freeze_bodies(freezing *f, uint32_t index, uint64_t *count) {
     }
 }
 
+/* Groups come after those in them. */
+static bool find_takers(freezing *f) {
+    const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
+    f->takes_usual = memory_zeroed(shapes->count, sizeof *f->takes_usual);
+    if (f->takes_usual == NULL) return false;
+    for (size_t g = 0; g < shapes->count; g++)
+        for (uint32_t i = f->lists.begin[g]; i < f->lists.begin[g + 1]; i++) {
+            const instance *part = &f->d->instances[f->lists.parts[i]];
+            if (part->material != NO_MATERIAL) continue;
+            bool is_group = object_is_group(&shapes->items[part->shape]);
+            f->takes_usual[g] |= !is_group || f->takes_usual[part->shape];
+        }
+    return true;
+}
+
 static snell_status freeze_world(freezing *f) {
     scene *s = f->s;
     const object_list *shapes = &f->d->objects[CATEGORY_SHAPE];
     f->first_group = memory_resize(NULL, shapes->count, sizeof *f->first_group);
     snell_status status = f->first_group ? part_lists_make(f->d, &f->lists) : error_no_memory();
-    if (!status) status = freeze_motions(f);
-    if (!status) status = prepare_shapes(f);
     if (status) return status;
-    for (size_t i = 0; i < shapes->count; i++) f->first_group[i] = NO_ID;
     uint32_t begin = f->lists.begin[shapes->count],
              count = f->lists.begin[shapes->count + 1] - begin;
-    if (!reserve_parts(f, count + s->body_count)) return error_no_memory();
+    status = check_plan(f, count + s->body_count);
+    if (!status && !find_takers(f)) status = error_no_memory();
+    if (!status) status = freeze_motions(f);
+    if (!status) status = prepare_shapes(f);
+    if (!status) status = reserve_parts(f, count + s->body_count);
+    if (status) return status;
+    for (size_t i = 0; i < shapes->count; i++) f->first_group[i] = NO_ID;
     s->instance_count = s->part_count = count + s->body_count;
     uint64_t drawn = 0;
     uint32_t masks = 0;
@@ -374,83 +526,6 @@ static snell_status freeze_world(freezing *f) {
     freeze_bodies(f, count, &drawn);
     s->shape_count = (uint32_t)drawn;
     return SNELL_OK;
-}
-
-/* ---- memory, stated before it is taken ---- */
-
-/* A level's node has two children or more: with 16 instances that is 9 nodes, and no number needs
- * more for each. A tree is built from references, in parts that grow by doubling, and copied. */
-enum { NODES_BYTES = 9 * sizeof(bvh_node) / 16, BUILD_BYTES = 32 + 2 * NODES_BYTES };
-enum { TRIANGLE_BYTES = 75, TRIANGLE_BUILD_BYTES = 32 + 2 * TRIANGLE_BYTES };
-enum {
-    /* Arrays that grow are up to twice as long, and are copied while they do. */
-    PART_BYTES = 3 * (sizeof(scene_instance) + sizeof(uint32_t) + sizeof(accel_instance)) +
-                 sizeof(frozen_instance) + sizeof(uint32_t) + NODES_BYTES
-};
-
-/* A solid's list of parts, and a tree of its own for each mesh among its shapes, of leaves that may be
- * half empty. */
-static uint64_t plan_solid(const description *d, uint32_t shape) {
-    const solid_desc *from = d->objects[CATEGORY_SHAPE].items[shape].desc;
-    uint64_t bytes = 2 * (uint64_t)shape_part_count(d, shape) *
-                     (sizeof(solid_part) + sizeof(solid_node) + sizeof(uint32_t));
-    for (size_t i = 0; i < from->shapes_count; i++) {
-        const object *o = &d->objects[CATEGORY_SHAPE].items[from->shapes[i].index1 - 1];
-        if (o->type == &primitive_mesh.info)
-            bytes += 2 * (uint64_t)mesh_triangle_count(o->desc) * TRIANGLE_BYTES;
-    }
-    return bytes;
-}
-
-/* parts: instances of the world and of groups; largest: of those the most in one. */
-static uint64_t plan(const description *d, uint64_t parts, uint64_t largest) {
-    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
-    uint64_t trees = 0, most = 0; /* bytes of the trees in shapes, and of building one */
-    double times[2];
-    scene_visible_time(d, times);
-    for (size_t i = 0; i < shapes->count; i++) {
-        const primitive_type *type = (const primitive_type *)shapes->items[i].type;
-        if (type == &primitive_solid) trees += plan_solid(d, (uint32_t)i);
-        if (type->primitive_count == NULL) continue;
-        uint64_t count = type->primitive_count(shapes->items[i].desc);
-        uint64_t building = count * (type->intersect ? BUILD_BYTES : TRIANGLE_BUILD_BYTES);
-        if (deforms(&shapes->items[i])) { /* the tree once for each key that counts */
-            building += count * sizeof(build_way);
-            trees += count * TRIANGLE_BYTES *
-                         (uint64_t)deforming_count_keys(shapes->items[i].desc, times[0], times[1]) +
-                     sizeof(deforming_mesh);
-        } else {
-            trees += count * (type->intersect ? NODES_BYTES : TRIANGLE_BYTES);
-        }
-        if (building > most) most = building;
-    }
-    return (1u << 16) + shapes->count * (sizeof(frozen_geometry) + sizeof(accel_geometry)) +
-           parts * PART_BYTES + largest * BUILD_BYTES + trees + most;
-}
-
-uint64_t scene_plan_memory(const description *d) {
-    uint64_t parts = 0, largest = 0;
-    part_lists lists;
-    if (part_lists_make(d, &lists) == SNELL_OK)
-        for (size_t g = 0; g <= d->objects[CATEGORY_SHAPE].count; g++) {
-            uint32_t count = lists.begin[g + 1] - lists.begin[g];
-            parts += count;
-            if (count > largest) largest = count;
-        }
-    part_lists_free(&lists);
-    return plan(d, parts, largest);
-}
-
-static snell_status check_plan(const freezing *f, uint64_t memory_max) {
-    const scene *s = f->s;
-    uint64_t largest = s->instance_count;
-    for (uint32_t i = 0; i < s->group_count; i++)
-        if (s->groups[i].part_count > largest) largest = s->groups[i].part_count;
-    uint64_t planned = plan(f->d, s->part_count, largest);
-    if (memory_max == 0 || planned <= memory_max) return SNELL_OK;
-    return error_set(SNELL_ERR_MEMORY, "allow more, or draw one group often",
-                     "the scene's geometry needs up to %.1f MiB, %.1f MiB are allowed",
-                     (double)planned * 0x1p-20, (double)memory_max * 0x1p-20);
 }
 
 static snell_status build_accel(const freezing *f, const accel_options *options,
@@ -489,15 +564,16 @@ static snell_status prepare_solids(const freezing *f) {
 
 snell_status scene_freeze_geometry(scene *s, const description *d, const scene_options *options,
                                    thread_pool *pool) {
-    freezing f = {.s = s, .d = d, .pool = pool};
-    snell_status status = prepare_solids(&f);
+    freezing f = {.s = s, .d = d, .pool = pool, .memory_max = options->memory_max};
+    snell_status status =
+        plan_shapes(d, &f.planned_shapes) ? prepare_solids(&f) : error_no_memory();
     if (!status) status = freeze_world(&f);
-    if (!status) status = check_plan(&f, options->memory_max);
     if (!status) status = build_accel(&f, &options->accel, pool);
     if (!status) s->bounds = accel_bounds(s->accel);
     free(f.placed);
     free(f.motion_of);
     free(f.first_group);
+    free(f.takes_usual);
     part_lists_free(&f.lists);
-    return status ? status : scene_freeze_lights(s);
+    return status ? status : scene_freeze_lights(s, &options->accel);
 }

@@ -38,10 +38,34 @@ static bool keeps_angles(const transform *m) {
 
 static bool is_emitter(const scene_instance *at) { return at->shines; }
 
+/* Called now and then: shapes of which the area is a sum over many lines take a while. */
+static snell_status look_up(const accel_options *options) {
+    if (options->progress == NULL || options->progress(options->user, 1)) return SNELL_OK;
+    return error_set(SNELL_CANCELLED, NULL, "the build was cancelled");
+}
+
+enum { EMITTERS_BETWEEN_LOOKS = 4096 };
+
 typedef struct finding {
     scene *s;
+    const accel_options *options;
+    double *areas; /* of the description's shapes of one part; below 0: not yet known */
     size_t emitter_capacity, light_capacity;
 } finding;
+
+/* Of a shape of one part: worked out once, however many copies shine. */
+static snell_status find_area(finding *f, const scene_instance *at, double *area) {
+    bool kept = at->shape_index < f->s->prepared_count && at->type->primitive_count == NULL;
+    if (kept && f->areas[at->shape_index] >= 0) {
+        *area = f->areas[at->shape_index];
+        return SNELL_OK;
+    }
+    snell_status status = look_up(f->options);
+    if (status) return status;
+    *area = at->type->area(at->shape, 0);
+    if (kept && *area >= 0) f->areas[at->shape_index] = *area;
+    return SNELL_OK;
+}
 
 static snell_status add_emitters(void *user, uint32_t number, const scene_instance *at) {
     finding *f = user;
@@ -50,11 +74,19 @@ static snell_status add_emitters(void *user, uint32_t number, const scene_instan
     uint32_t primitives = seen ? 1 : primitive_count_of(at->type, at->shape);
     uint32_t first = s->emitter_count;
     surface_light made = {number, first, 0, seen, 0, {0, 0, 0}};
+    double whole = 0;
+    snell_status status = SNELL_OK;
     if (seen) seen_measure(&made, at);
+    /* What is not known is taken for half of the ball's: it matters for choosing alone. */
+    if (seen)
+        whole = 2 * PI * made.radius * made.radius;
+    else if (at->type->primitive_count == NULL && emitter_material(s, at, 0)->shines)
+        status = find_area(f, at, &whole);
+    if (status) return status;
     for (uint32_t k = 0; k < primitives; k++) {
         if (!seen && !emitter_material(s, at, k)->shines) continue;
-        /* What is not known is taken for half of the ball's: it matters for choosing alone. */
-        double area = seen ? 2 * PI * made.radius * made.radius : at->type->area(at->shape, k);
+        bool in_parts = !seen && at->type->primitive_count;
+        double area = in_parts ? at->type->area(at->shape, k) : whole;
         if (!(area > 0)) continue;
         if (s->emitter_count >= EMITTERS_MAX)
             return error_set(SNELL_ERR_ARGUMENT, "draw fewer copies of what shines",
@@ -62,6 +94,8 @@ static snell_status add_emitters(void *user, uint32_t number, const scene_instan
         if (!ARRAY_GROW(s->emitters, s->emitter_count, f->emitter_capacity, 1))
             return error_no_memory();
         s->emitters[s->emitter_count++] = (emitter){number, k, area, 0};
+        if (s->emitter_count % EMITTERS_BETWEEN_LOOKS == 0) status = look_up(f->options);
+        if (status) return status;
     }
     if (s->emitter_count == first) return SNELL_OK;
     if (!ARRAY_GROW(s->surface_lights, s->surface_light_count, f->light_capacity, 1))
@@ -71,13 +105,19 @@ static snell_status add_emitters(void *user, uint32_t number, const scene_instan
     return SNELL_OK;
 }
 
-static snell_status find_emitters(scene *s) {
+static snell_status find_emitters(scene *s, const accel_options *options) {
     for (uint32_t i = 0; i < s->part_count; i++) {
         scene_instance *at = &s->instances[i];
         at->similar = at->moves == NULL && keeps_angles(&at->to_world);
     }
-    finding f = {.s = s};
-    return scene_each_shape(s, is_emitter, add_emitters, &f);
+    finding f = {.s = s,
+                 .options = options,
+                 .areas = memory_resize(NULL, s->prepared_count, sizeof *f.areas)};
+    if (f.areas == NULL) return error_no_memory();
+    for (size_t i = 0; i < s->prepared_count; i++) f.areas[i] = -1;
+    snell_status status = scene_each_shape(s, is_emitter, add_emitters, &f);
+    free(f.areas);
+    return status;
 }
 
 /* The emitters of an instance; NULL: it does not shine. */
@@ -224,7 +264,7 @@ static void sum_weights(scene *s, const light_bounds *bounds) {
     }
 }
 
-static snell_status build_choice(scene *s) {
+static snell_status build_choice(scene *s, const accel_options *options) {
     s->placed = memory_resize(NULL, s->light_count, sizeof *s->placed);
     s->nowhere = memory_resize(NULL, s->light_count, sizeof *s->nowhere);
     size_t most = (size_t)s->light_count + s->emitter_count;
@@ -242,17 +282,22 @@ static snell_status build_choice(scene *s) {
         }
     }
     light_bounds *of_emitters = bounds + s->placed_count;
-    for (uint32_t i = 0; i < s->emitter_count; i++)
+    snell_status status = SNELL_OK;
+    for (uint32_t i = 0; i < s->emitter_count && !status; i++) {
         of_emitters[i] = bound_emitter(s, &s->emitters[i]);
-    sum_weights(s, of_emitters);
-    snell_status status = light_tree_build(bounds, s->placed_count + s->emitter_count, &s->tree);
+        if (i % EMITTERS_BETWEEN_LOOKS == EMITTERS_BETWEEN_LOOKS - 1) status = look_up(options);
+    }
+    if (!status) {
+        sum_weights(s, of_emitters);
+        status = light_tree_build(bounds, s->placed_count + s->emitter_count, &s->tree);
+    }
     free(bounds);
     return status;
 }
 
-snell_status scene_freeze_lights(scene *s) {
-    snell_status status = find_emitters(s);
-    return status ? status : build_choice(s);
+snell_status scene_freeze_lights(scene *s, const accel_options *options) {
+    snell_status status = find_emitters(s, options);
+    return status ? status : build_choice(s, options);
 }
 
 void scene_free_lights(scene *s) {

@@ -12,7 +12,7 @@
 #include "scene/scene.h"
 
 /* After instances and materials are frozen. */
-snell_status scene_freeze_lights(scene *s);
+snell_status scene_freeze_lights(scene *s, const accel_options *options); /* its progress */
 void scene_free_lights(scene *s);
 
 uint32_t scene_light_count(const scene *s);

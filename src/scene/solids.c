@@ -84,11 +84,19 @@ static snell_status check_part(const description *d, uint32_t shape) {
                      "%s: an open %s cannot be part of a solid", o->type->name, o->type->name);
 }
 
+/* A row of one shape, under as many transforms, is most of what names shapes often. */
+static bool is_named_before(const snell_shape_id *shapes, size_t i) {
+    for (size_t k = i; k-- > 0;)
+        if (shapes[k].index1 == shapes[i].index1) return true;
+    return false;
+}
+
 snell_status solid_check_parts(const description *d, const snell_shape_id *shapes, size_t count) {
     uint32_t parts = 0, deepest = 0;
     for (size_t i = 0; i < count; i++) {
         uint32_t depth;
-        snell_status status = check_part(d, shapes[i].index1 - 1);
+        snell_status status =
+            is_named_before(shapes, i) ? SNELL_OK : check_part(d, shapes[i].index1 - 1);
         if (status) return status;
         measure(d, shapes[i].index1 - 1, &parts, &depth);
         if (depth > deepest) deepest = depth;
@@ -175,7 +183,6 @@ snell_status solid_set_create(size_t shape_count, solid_set **out) {
         return error_no_memory();
     }
     set->shape_count = shape_count;
-    atomic_init(&set->spent, false);
     *out = set;
     return SNELL_OK;
 }
@@ -234,9 +241,17 @@ static snell_status add_slot(compiler *c, uint32_t index) {
     return SNELL_OK;
 }
 
-/* Slots of a mesh that has materials of its own, else one. */
-static snell_status add_slots(compiler *c, const mesh_desc *mesh, uint32_t index) {
+/* Slots of a mesh that has materials of its own, which are the same wherever it is named; else one. */
+static snell_status add_slots(compiler *c, solid_part *part, uint32_t index) {
+    const mesh_desc *mesh = part->mesh ? part->mesh->mesh : NULL;
     if (mesh == NULL || mesh->material_slots_count == 0) return add_slot(c, index);
+    for (size_t i = 0; i < c->part_count; i++)
+        if (c->made->parts[i].mesh == part->mesh) {
+            part->first_slot = c->made->parts[i].first_slot;
+            return SNELL_OK;
+        }
+    if (mesh->materials_count >= NO_ID - SOLID_PARTS_MAX - c->slot_count)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "a solid of too many materials");
     snell_status status = SNELL_OK;
     for (size_t i = 0; i < mesh->materials_count && !status; i++)
         status = add_slot(c, mesh->materials[i].index1 - 1);
@@ -267,7 +282,7 @@ static snell_status add_part(compiler *c, uint32_t shape, const place *at) {
         return error_set(SNELL_ERR_ARGUMENT, "scales must not be 0, nor nearly",
                          "the transforms of a solid's %s cannot be inverted", type->info.name);
     snell_status status = mesh ? find_mesh(c->set, mesh, c->pool, &part.mesh) : SNELL_OK;
-    if (!status) status = add_slots(c, mesh, at->material);
+    if (!status) status = add_slots(c, &part, at->material);
     if (status) return status;
     if (!ARRAY_GROW(c->made->parts, c->part_count, c->part_capacity, 1)) return error_no_memory();
     c->made->parts[c->part_count++] = part;
@@ -352,7 +367,6 @@ snell_status solid_set_compile(solid_set *set, const description *d, uint32_t sh
     if (set->solids[shape] == NULL) {
         compiler c = {.set = set, .d = d, .pool = pool, .made = memory_zeroed(1, sizeof *c.made)};
         if (c.made == NULL) return error_no_memory();
-        c.made->spent = &set->spent;
         status = compile(&c, shape);
         if (status)
             destroy_solid(c.made);
@@ -371,6 +385,7 @@ size_t solid_set_memory(const solid_set *set) {
     for (size_t i = 0; i < set->shape_count; i++)
         if (set->solids[i])
             bytes += set->solids[i]->part_count * sizeof(solid_part) +
-                     set->solids[i]->node_count * sizeof(solid_node);
+                     set->solids[i]->node_count * sizeof(solid_node) +
+                     set->solids[i]->slot_count * sizeof(uint32_t);
     return bytes;
 }

@@ -25,7 +25,6 @@ typedef struct solid_set {
     const struct material *materials; /* of the scene; borrowed */
     const prepared_shape *prepared;   /* of the description's shapes; borrowed */
     bool textured;                    /* one of them looks at texture coordinates */
-    atomic_bool spent;                /* a line met more than a solid can hold */
 } solid_set;
 
 snell_status solid_set_create(size_t shape_count, solid_set **out);
