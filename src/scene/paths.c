@@ -108,8 +108,8 @@ static void compose(const shape_path *path, scene_instance *out) {
     out->to_local = dtransform_round(&to_local);
 }
 
-const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
-                                  posed_instance *room) {
+const scene_instance *scene_pose(const scene *s, uint32_t number, float time,
+                                 posed_instance *room) {
     if (s->group_count) {
         shape_path path;
         scene_find_path(s, number, time, &path);
@@ -118,8 +118,6 @@ const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
         compose(&path, &room->at);
     } else {
         const scene_instance *at = &s->instances[number];
-        bool deforms = at->type == &primitive_deforming;
-        if (at->moves == NULL && !deforms) return at;
         room->at = *at;
         if (at->moves) motion_at(at->moves, time, &room->at.to_world, &room->at.to_local);
     }

@@ -166,8 +166,14 @@ static inline const scene_instance *scene_part(const scene *s, uint32_t number) 
 }
 /* Shape `number` as it stands at a time in the world: itself, or where it moves, deforms or is in a
  * group *room, made from it. (A group's rays go down level by level: shape_path.) */
-const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
-                                  posed_instance *room);
+const scene_instance *scene_pose(const scene *s, uint32_t number, float time, posed_instance *room);
+static inline const scene_instance *scene_posed(const scene *s, uint32_t number, float time,
+                                                posed_instance *room) {
+    if (s->group_count) return scene_pose(s, number, time, room);
+    const scene_instance *at = &s->instances[number];
+    bool stands = at->moves == NULL && at->type != &primitive_deforming;
+    return stands ? at : scene_pose(s, number, time, room);
+}
 /* Where the shape is at the time. */
 transform scene_instance_transform(const scene *s, uint32_t number, float time);
 /* Calls back for each shape of which is_wanted holds, as it does for the groups around it. */
