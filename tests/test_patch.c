@@ -165,7 +165,7 @@ static const subject pair = {"patch", 3, make, solve, NULL};
 static void patches_agree_with_a_slow_solver(void **state) {
     (void)state;
     const double sizes[] = {1e-3, 1, 1e3, 1e6}, offsets[] = {0, 1, 128, 16384};
-    long rays = test_full() ? 200000 : SANITIZED ? 1000 : 5000, left = 0, shared = 0;
+    long rays = test_full() ? 1000000 : SANITIZED ? 1000 : 5000, left = 0, shared = 0;
     setting s = {.of = &pair, .type = primitive_find("patch")};
     shared_rng()->state = 3;
     surface last = {.n = {0, 1, 0}};
