@@ -579,21 +579,26 @@ static void what_crosses_between_parts_no_faces(void **unused) {
     rig_free(&r);
 }
 
-/* A mesh is looked through for holes once, however often a solid names it. */
-static void naming_a_mesh_often_is_not_checking_it_often(void **unused) {
-    (void)unused;
-    enum { BALLS = 300, TIMES = 400 };
-    rig r = rig_make(1, SNELL_ISA_AUTO);
-    static snell_vec3 positions[8 * BALLS];
-    static uint32_t indices[36 * BALLS];
+/* Unit boxes 2 apart along z, in one mesh: 8 corners and 36 indices each. */
+static void row_of_boxes(uint32_t count, snell_vec3 *positions, uint32_t *indices) {
     static const uint32_t faces[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
                                        2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
-    for (uint32_t k = 0; k < BALLS; k++) {
+    for (uint32_t k = 0; k < count; k++) {
         for (uint32_t i = 0; i < 8; i++)
             positions[8 * k + i] = v3(i & 1 ? 1 : 0, i & 2 ? 1 : 0, 2.0 * k + (i & 4 ? 1 : 0));
         for (uint32_t i = 0; i < 36; i++) indices[36 * k + i] = 8 * k + faces[i];
     }
-    snell_shape_id row[TIMES], id, mesh = add_mesh(&r, positions, 8 * BALLS, indices, 36 * BALLS);
+}
+
+/* A mesh is looked through for holes once, however often a solid names it. */
+static void naming_a_mesh_often_is_not_checking_it_often(void **unused) {
+    (void)unused;
+    enum { BOXES = 300, TIMES = 400 };
+    rig r = rig_make(1, SNELL_ISA_AUTO);
+    static snell_vec3 positions[8 * BOXES];
+    static uint32_t indices[36 * BOXES];
+    row_of_boxes(BOXES, positions, indices);
+    snell_shape_id row[TIMES], id, mesh = add_mesh(&r, positions, 8 * BOXES, indices, 36 * BOXES);
     double took[2];
     for (int i = 0; i < TIMES; i++) row[i] = mesh;
     for (int often = 0; often < 2; often++) {
@@ -905,13 +910,7 @@ static void too_many_stretches_are_an_error(void **unused) {
     enum { TEETH = SOLID_SPANS_MAX + 1 };
     static snell_vec3 positions[8 * TEETH];
     static uint32_t indices[36 * TEETH];
-    static const uint32_t faces[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
-                                       2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
-    for (uint32_t k = 0; k < TEETH; k++) {
-        for (uint32_t i = 0; i < 8; i++)
-            positions[8 * k + i] = v3(i & 1 ? 1 : 0, i & 2 ? 1 : 0, 2.0 * k + (i & 4 ? 1 : 0));
-        for (uint32_t i = 0; i < 36; i++) indices[36 * k + i] = 8 * k + faces[i];
-    }
+    row_of_boxes(TEETH, positions, indices);
     rig r = rig_make(2, SNELL_ISA_AUTO);
     snell_shape_id near = box_shape(&r, v3(-9, -9, -9), v3(-8, -8, -8));
     for (int more = 0; more < 2; more++) {

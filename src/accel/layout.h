@@ -82,8 +82,8 @@ typedef struct frozen_instance {
     uint32_t mask;
     uint32_t first; /* number of the first shape in here, counted in its level */
     bool identity, flat;
-    bool
-        plain; /* one part, in the space of its level: nothing stands between a ray and `intersect` */
+    /* One part, in the space of its level: nothing stands between a ray and `intersect`. */
+    bool plain;
     bounds3 bounds;      /* the shape's, in its own space */
     const motion *moves; /* NULL: to_local holds at all times */
     transform to_local;

@@ -198,12 +198,10 @@ static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const
 /* One that is none. */
 static void emit_center(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                         lobe_set lobes, const light *l) {
-    const sample2 middle = {0.5, 0.5};
     light_sample sample;
     if (l->type->irradiance)
         emit_irradiance(w, r, p, b, l);
-    else if (l->type->middle ? l->type->middle(l, &sample)
-                             : l->type->sample(l, p->p, wave_eye(w), middle, &sample))
+    else if (light_sample_middle(l, p->p, wave_eye(w), &sample))
         emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), l->type->casts_shadow);
 }
 

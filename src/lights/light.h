@@ -83,6 +83,12 @@ struct light {
     const texture *textures;
 };
 
+/* From its middle alone: what stands for the whole light where one ray goes to each. */
+static inline bool light_sample_middle(const light *l, dvec3 p, dvec3 eye, light_sample *out) {
+    const sample2 half = {0.5, 0.5};
+    return l->type->middle ? l->type->middle(l, out) : l->type->sample(l, p, eye, half, out);
+}
+
 /* Point lights: I / r^2 (Cornell CS4620, "Irradiance from isotropic point source"). */
 bool light_sample_point(dvec3 position, dvec3 intensity, dvec3 p, light_sample *out);
 

@@ -450,11 +450,7 @@ static sample2 spread_point(uint32_t k, uint32_t count) {
 bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, const shade_point *from,
                                dvec3 eye, float time, light_sample *out) {
     const sample2 middle = {0.5, 0.5};
-    if (index < s->light_count) {
-        const light *l = &s->lights[index];
-        return l->type->middle ? l->type->middle(l, out)
-                               : l->type->sample(l, from->p, eye, middle, out);
-    }
+    if (index < s->light_count) return light_sample_middle(&s->lights[index], from->p, eye, out);
     const surface_light *at = find_surface_light(s, index);
     uint32_t count = scene_light_center_count(s, index);
     if (!has_middle(s, at)) {

@@ -72,8 +72,8 @@ INLINE bool test_box(const prepared *p, const bounds3 *box, float *entry) {
 }
 
 typedef struct slabs8 {
-    f8 to_near[3],
-        to_far[3]; /* the origin, as the nearer and the farther plane are reckoned from */
+    /* The origin, as the nearer and the farther plane are reckoned from. */
+    f8 to_near[3], to_far[3];
     f8 inv[3], t_min;
     uint32_t sign[3];
 } slabs8;
