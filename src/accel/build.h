@@ -55,9 +55,9 @@ build_reference *build_part_references(const primitive_type *type, const void *d
 snell_status build_tree(const build_job *job, thread_pool *pool, bool reports, bvh_tree *out);
 /* A tree that was built from those mean boxes becomes one for each key, with the boxes and vertices of
  * that key. False: out of memory. */
+bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tree);
 /* Widens the boxes in all nodes of a mesh's tree, of `keys` keys, and sets its margin (layout.h). */
 void build_widen(bvh_tree *tree, uint32_t keys);
-bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tree);
 void build_tree_free(bvh_tree *tree);
 
 /* False: stop. */

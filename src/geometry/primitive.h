@@ -70,8 +70,8 @@ typedef struct primitive_type {
      * place. Of a checked description, so NULL means out of memory. NULL: they get the description. */
     void *(*prepare)(const void *desc);
     void (*release)(void *prepared);
-    size_t (*prepared_size)(
-        const void *desc); /* bytes that `prepare` takes at most; not NULL with it */
+    /* Bytes that `prepare` takes at most; not NULL with it. */
+    size_t (*prepared_size)(const void *desc);
     /* Shapes of very many parts, each with a box of its own by which rays find it: how many; they are
      * numbered from 0. primitive_bounds may be empty: there is nothing. NULL: one part. */
     uint32_t (*primitive_count)(const void *desc);
