@@ -106,7 +106,7 @@ static void add_column(bench_scene *s, double x, double z, double base, double h
     bench_profile p[COLUMN_POINTS];
     for (int i = 0; i < COLUMN_POINTS; i++)
         p[i] = (bench_profile){column[i].radius * height / 3, column[i].height * height / 3};
-    bench_add_lathe(s, (dvec3){x, base, z}, p, COLUMN_POINTS, bench_steps(54, detail, 12), 18);
+    bench_add_lathe(s, (dvec3){x, base, z}, p, COLUMN_POINTS, 54, 18, detail);
 }
 
 /* A half circle of stone over an opening, and the wall above it up to `top`. */
@@ -136,11 +136,11 @@ static const bench_profile baluster[] = {{0.07, 0},     {0.07, 0.05}, {0.04, 0.0
                                          {0.045, 0.6},  {0.04, 0.68}, {0.06, 0.72}, {0.06, 0.78}};
 
 static void add_balustrade(bench_scene *s, double z, double detail) {
-    enum { BALUSTERS = 80 };
+    enum { BALUSTERS = 88 };
     for (int i = 0; i < BALUSTERS; i++) {
         double x = LENGTH * (2 * (i + 0.5) / BALUSTERS - 1);
-        bench_add_lathe(s, (dvec3){x, GALLERY, z}, baluster, sizeof baluster / sizeof *baluster,
-                        bench_steps(12, detail, 5), 0);
+        bench_add_lathe(s, (dvec3){x, GALLERY, z}, baluster, sizeof baluster / sizeof *baluster, 12,
+                        0, detail);
     }
     bench_add_box(s, (dvec3){-LENGTH, GALLERY + 0.78, z - 0.1},
                   (dvec3){LENGTH, GALLERY + 0.86, z + 0.1});
@@ -172,8 +172,8 @@ static void add_vases(bench_scene *s, double detail) {
     for (int i = 0; i < 12; i++) {
         double x = -12.5 + 5 * (i % 6), z = i < 6 ? -2.7 : 2.7;
         bench_add_box(s, (dvec3){x - 0.28, 0, z - 0.28}, (dvec3){x + 0.28, 0.9, z + 0.28});
-        bench_add_lathe(s, (dvec3){x, 0, z}, vase, sizeof vase / sizeof *vase,
-                        bench_steps(48, detail, 12), i % 3 ? 0 : 16);
+        bench_add_lathe(s, (dvec3){x, 0, z}, vase, sizeof vase / sizeof *vase, 48, i % 3 ? 0 : 16,
+                        detail);
     }
 }
 
@@ -236,7 +236,7 @@ static void add_ornaments(bench_scene *s, rng *r, double detail) {
     add_vases(s, detail);
     for (int i = 0; i < BAYS; i++) {
         curtain c = {-LENGTH + (i + 0.5) * BAY, i % 2 ? -5.6 : 5.6, 2.2, rng_bits(r)};
-        bench_add_sheet(s, bench_steps(36, detail, 10), bench_steps(20, detail, 4), false,
+        bench_add_sheet(s, bench_steps(38, detail, 10), bench_steps(20, detail, 4), false,
                         curtain_point, &c);
         for (int side = -1; side <= 1; side += 2)
             add_garland(s, -LENGTH + i * BAY, -LENGTH + (i + 1) * BAY, 3.1, side * (COURT - 0.35),

@@ -141,16 +141,20 @@ typedef struct lathe {
 
 static dvec3 lathe_point(const void *user, double u, double v) {
     const lathe *l = user;
-    const bench_profile *p = &l->profile[(uint32_t)(v * (l->count - 1) + 0.5)];
-    double turn = 2 * PI * u, r = p->radius;
-    if (l->flutes) r *= 1 - 0.06 * fabs(fn_sin(0.5 * l->flutes * turn));
-    return dvec3_add(l->at, (dvec3){r * fn_cos(turn), p->height, r * fn_sin(turn)});
+    double along = v * (l->count - 1);
+    uint32_t i = along < l->count - 2 ? (uint32_t)along : l->count - 2;
+    const bench_profile *p = &l->profile[i];
+    double radius = p[0].radius + (along - i) * (p[1].radius - p[0].radius);
+    double height = p[0].height + (along - i) * (p[1].height - p[0].height), turn = 2 * PI * u;
+    if (l->flutes) radius *= 1 - 0.06 * fabs(fn_sin(0.5 * l->flutes * turn));
+    return dvec3_add(l->at, (dvec3){radius * fn_cos(turn), height, radius * fn_sin(turn)});
 }
 
 void bench_add_lathe(bench_scene *s, dvec3 at, const bench_profile *profile, uint32_t count,
-                     uint32_t around, uint32_t flutes) {
+                     uint32_t around, uint32_t flutes, double detail) {
     lathe l = {at, profile, count, flutes};
-    bench_add_sheet(s, around, count - 1, true, lathe_point, &l);
+    bench_add_sheet(s, bench_steps(around, detail, 5), (count - 1) * bench_steps(1, detail, 1),
+                    true, lathe_point, &l);
 }
 
 uint32_t bench_steps(uint32_t usual, double detail, uint32_t least) {

@@ -227,8 +227,9 @@ static void json_cell(const scene_results *r, const cell *c, const settings *t) 
         json_summary("peer_mrays_per_second", rate(c, t, beside));
         printf(",");
         json_summary("ratio", cell_ratio(c, t, beside));
-        printf(",\"mismatches\":%zu,\"over_4_ulp\":%zu", c->agree[beside].hit_or_miss,
-               c->agree[beside].over_4_ulp);
+        printf(",\"mismatches\":%zu,\"agreeing_percent\":%.7f,\"ulp_max\":%u,\"over_4_ulp\":%zu",
+               c->agree[beside].hit_or_miss, agreeing(c, &c->agree[beside]),
+               c->agree[beside].ulp_max, c->agree[beside].over_4_ulp);
     }
     if (c->threads > 1 && scaling(r, c, t, t->own).median > 0) {
         printf(",");
