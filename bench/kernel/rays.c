@@ -25,7 +25,9 @@ void rays_pixel(uint32_t size, size_t i, uint32_t *x, uint32_t *y) {
 void rays_make_primary(const subject *s, uint32_t size, ray_set *out) {
     const bench_camera *c = &s->scene.camera;
     dvec3 forward = dvec3_normalize(dvec3_sub(c->look, c->eye));
-    dvec3 right = dvec3_normalize(dvec3_cross(forward, (dvec3){0, 1, 0}));
+    bool vertical = fabs(forward.y) > 0.9999;
+    dvec3 above = {0, !vertical, -(double)vertical};
+    dvec3 right = dvec3_normalize(dvec3_cross(forward, above));
     dvec3 up = dvec3_cross(right, forward);
     double wide = 2 * fn_tan(c->fov * PI / 360);
     allocate(out, (size_t)size * size);
