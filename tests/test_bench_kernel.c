@@ -103,19 +103,25 @@ static void test_closed(void **state) {
     }
 }
 
+/* The triangles of a file, also in groups and instances, where they stand; other shapes are left out. */
 static void test_file(void **state) {
     (void)state;
-    char path[] = "/tmp/snell-bench-XXXXXX.obj";
+    char path[] = "/tmp/snell-bench-XXXXXX.lua";
     int handle = mkstemps(path, 4);
     assert_true(handle >= 0);
-    static const char text[] = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+    static const char text[] =
+        "local quad = mesh { positions = {0,0,0, 1,0,0, 1,1,0, 0,1,0}, indices = {0,1,2, 0,2,3} }\n"
+        "local pair = group { quad, sphere { radius = 9 } }\n"
+        "instance { pair, transform = transform.translate {2, 3, 4} }\n"
+        "instance { pair, transform = transform.translate {5, 0, 0} }\n";
     assert_int_equal(write(handle, text, sizeof text - 1), sizeof text - 1);
     close(handle);
     bench_scene s;
     bench_scene_make(&s, path, 1);
-    assert_int_equal(s.index_count, 6);
+    assert_int_equal(s.index_count, 12);
     bounds3 b = bench_scene_bounds(&s);
-    assert_true(b.min.x == 0 && b.max.x == 1 && b.max.y == 1 && b.max.z == 0);
+    assert_true(b.min.x == 2 && b.min.y == 0 && b.min.z == 0);
+    assert_true(b.max.x == 6 && b.max.y == 4 && b.max.z == 4);
     bench_scene_free(&s);
     unlink(path);
 }

@@ -1,4 +1,5 @@
-/* A vaulted hall with two storeys of arcades: triangles from walls 30 m long to beads of a few mm. */
+/* A vaulted hall with two storeys of arcades: triangles from walls 30 m long to beads of a few
+ * mm. */
 #include "maths/functions.h"
 #include "parts.h"
 

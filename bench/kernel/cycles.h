@@ -1,6 +1,6 @@
-/* Processor cycles of this process's threads: counted by the kernel (perf) where that is allowed, else from
- * their CPU time and the rate of the time stamp counter, which is not the clock's own where that
- * varies. */
+/* Processor cycles of this process's threads: counted by the system (perf) where that is allowed,
+ * else from their CPU time and the rate of the time stamp counter, which is not the processor's own
+ * where that varies. */
 #ifndef SNELL_BENCH_KERNEL_CYCLES_H
 #define SNELL_BENCH_KERNEL_CYCLES_H
 

@@ -19,9 +19,9 @@ size_t peer_bytes(const peer *p); /* that the commit took and has not given back
 void peer_version(const peer *p, char *out, size_t size);
 void peer_destroy(peer *p); /* NULL: nothing */
 
-/* By packets of 16 (rtcIntersect16, rtcOccluded16; coherent: with the flag that says so) or one ray at
- * a time (rtcIntersect1, rtcOccluded1). Either hits or, for any hit, blocked is given. Of a hit that is
- * a miss only `instance`, NO_ID, counts; of spheres `primitive` is the number. */
+/* By packets of 16 (rtcIntersect16, rtcOccluded16; coherent: with the flag that says so) or one ray
+ * at a time (rtcIntersect1, rtcOccluded1). Either hits or, for any hit, blocked is given; the other is
+ * NULL. Of a miss only `instance`, NO_ID, counts; of spheres `primitive` is the number. */
 typedef struct peer_mode {
     bool packets, coherent;
 } peer_mode;

@@ -73,13 +73,13 @@ static double real(const char *text, double low, double high) {
 
 static void read_threads(settings *t, char *text) {
     char *rest = NULL;
-    t->thread_count_count = 0;
+    t->threads_count = 0;
     for (char *word = text ? strtok_r(text, ",", &rest) : NULL; word;
          word = strtok_r(NULL, ",", &rest)) {
-        if (t->thread_count_count == THREAD_COUNTS_MAX) bench_die("--threads: too many numbers");
-        t->threads[t->thread_count_count++] = number(word, 1, 1024);
+        if (t->threads_count == THREAD_COUNTS_MAX) bench_die("--threads: too many numbers");
+        t->threads[t->threads_count++] = number(word, 1, 1024);
     }
-    if (t->thread_count_count == 0) bench_die("--threads takes numbers, as in 1,2");
+    if (t->threads_count == 0) bench_die("--threads takes numbers, as in 1,2");
 }
 
 static void read_isa(settings *t, const char *text) {
@@ -231,7 +231,7 @@ int main(int argc, char **argv) {
                                      .builds = 3,
                                      .detail = 1,
                                      .threads = {1},
-                                     .thread_count_count = 1,
+                                     .threads_count = 1,
                                      .batch = 1024,
                                      .quality = PEER_MEDIUM,
                                      .embree = BENCH_HAS_EMBREE}};

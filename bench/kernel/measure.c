@@ -202,11 +202,11 @@ static void measure_kind(bench *b, uint32_t kind, const ray_set *set, cell *cell
     trace_counters counters = {0};
     job j = {b, t->own, kind, set, &b->reference, &counters};
     trace(&j, NULL);
-    for (uint32_t i = 0; i < t->thread_count_count; i++)
+    for (uint32_t i = 0; i < t->threads_count; i++)
         cells[i] = (cell){
             .kind = kind, .threads = t->threads[i], .rays = set->count, .counters = counters};
     for (uint32_t round = 0; round < t->rounds; round++)
-        for (uint32_t i = 0; i < t->thread_count_count; i++)
+        for (uint32_t i = 0; i < t->threads_count; i++)
             measure_cell(b, set, i == 0 ? &spoiled : NULL, b->pools[i], round, &cells[i]);
     rays_free(&spoiled);
 }
@@ -230,13 +230,13 @@ void measure_scene(subject *s, peer *p, const settings *t, scene_results *out) {
                            .triangles = s->scene.index_count / 3,
                            .spheres = s->scene.sphere_count,
                            .ao_length = RAY_AO_LENGTH * s->size,
-                           .cell_count = RAY_KINDS * t->thread_count_count};
+                           .cell_count = RAY_KINDS * t->threads_count};
     build(s, p, t, out);
     out->cells = bench_need(memory_zeroed(out->cell_count, sizeof *out->cells));
     ray_set primary;
     rays_make_primary(s, t->size, &primary);
     bench b = {s, p, t, {NULL}, allocate(primary.count), allocate(primary.count)};
-    for (uint32_t i = 0; i < t->thread_count_count; i++)
+    for (uint32_t i = 0; i < t->threads_count; i++)
         if (t->threads[i] > 1 && thread_pool_create(t->threads[i], &b.pools[i]))
             bench_die(error_last()->text);
     measure_kind(&b, RAY_PRIMARY, &primary, out->cells);
@@ -246,10 +246,10 @@ void measure_scene(subject *s, peer *p, const settings *t, scene_results *out) {
         ray_set set;
         rays_make(s, kind, &primary, hits, &set);
         if (set.count == 0) bench_die("the camera sees nothing: --eye and --look move it");
-        measure_kind(&b, kind, &set, out->cells + kind * t->thread_count_count);
+        measure_kind(&b, kind, &set, out->cells + kind * t->threads_count);
         rays_free(&set);
     }
-    for (uint32_t i = 0; i < t->thread_count_count; i++) thread_pool_destroy(b.pools[i]);
+    for (uint32_t i = 0; i < t->threads_count; i++) thread_pool_destroy(b.pools[i]);
     free(hits);
     release(&b.reference);
     release(&b.now);

@@ -1,5 +1,5 @@
-/* What the kernel benchmark measures of one scene: every kind of ray, on every number of threads, by
- * every tracer. */
+/* What the kernel benchmark measures of one scene: every kind of ray, on every number of threads,
+ * by every tracer. */
 #ifndef SNELL_BENCH_KERNEL_MEASURE_H
 #define SNELL_BENCH_KERNEL_MEASURE_H
 
@@ -17,7 +17,7 @@ enum { THREAD_COUNTS_MAX = 8 };
 typedef struct settings {
     uint32_t size, rounds, builds, leaf_size, batch;
     double detail;
-    uint32_t threads[THREAD_COUNTS_MAX], thread_count_count;
+    uint32_t threads[THREAD_COUNTS_MAX], threads_count;
     peer_quality quality;
     bool wanted[TRACERS];
     uint32_t own; /* snell's tracer that is held against Embree */
@@ -31,9 +31,9 @@ typedef struct agreement {
     size_t both;        /* rays that hit by both; of these: */
     uint32_t ulp_max;   /* the greatest difference in t */
     size_t over_4_ulp;  /* with more than 4 */
-    /* Of the rays counted in hit_or_miss and over_4_ulp, by whom double arithmetic sides: whether the
-     * ray meets a triangle that only one has hit, or whose t is nearer to the triangle's plane. Not of
-     * spheres, nor where any hit will do. */
+    /* Of the rays counted in hit_or_miss and over_4_ulp, with whom double arithmetic sides: does the
+     * ray meet the triangle that only one has hit, or whose t is nearer to the triangle's plane? Not
+     * of spheres, nor where any hit will do. */
     size_t own_right, other_right;
     size_t bits; /* rays with any other bit: between snell's own */
 } agreement;

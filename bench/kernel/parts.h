@@ -34,15 +34,15 @@ typedef struct bench_ring {
 } bench_ring;
 void bench_add_tube(bench_scene *s, const bench_ring *rings, uint32_t count, uint32_t around);
 
-/* Turned about the vertical through `at`; at detail 1 straight from point to point of the profile, with
- * `around` corners; flutes: grooves around it, 0: none. */
+/* Turned about the vertical through `at`; at detail 1 straight from point to point of the profile,
+ * with `around` corners; flutes: grooves around it, 0: none. */
 typedef struct bench_profile {
     double radius, height;
 } bench_profile;
 void bench_add_lathe(bench_scene *s, dvec3 at, const bench_profile *profile, uint32_t count,
                      uint32_t around, uint32_t flutes, double detail);
 
-/* As many steps as `usual` has at detail 1, at least `least`, so that triangles grow with detail. */
+/* `usual` at detail 1, at least `least`: the square of it grows with detail. */
 uint32_t bench_steps(uint32_t usual, double detail, uint32_t least);
 
 /* Gradient noise, that of the texture: -1..1, one feature per unit. */

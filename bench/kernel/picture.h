@@ -1,5 +1,5 @@
-/* A picture of a scene of the kernel benchmark, by its own rays: lit by its light, with shadows, and a
- * little from everywhere. */
+/* A picture of a scene of the kernel benchmark, by its own rays: lit by its light, with shadows, and
+ * a little from everywhere. */
 #ifndef SNELL_BENCH_KERNEL_PICTURE_H
 #define SNELL_BENCH_KERNEL_PICTURE_H
 

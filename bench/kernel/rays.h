@@ -4,9 +4,10 @@
 
 #include "subject.h"
 
-/* From the camera, pixel by pixel in blocks of 8 x 8; and, in that order, from each of its hits: to the
- * light (any hit); along the mirrored direction; in a random direction, distributed as the cosine to
- * the normal; and in another such direction, any hit within RAY_AO_LENGTH of the scene's diagonal. */
+/* From the camera, pixel by pixel in blocks of 8 x 8; and, in that order, from each of its hits: to
+ * the light (any hit); along the mirrored direction; in a random direction, distributed as the cosine
+ * to the normal; and in another such direction, any hit within RAY_AO_LENGTH of the scene's
+ * diagonal. */
 enum { RAY_PRIMARY, RAY_SHADOW, RAY_REFLECT, RAY_DIFFUSE, RAY_AO, RAY_KINDS };
 #define RAY_AO_LENGTH 0.05
 extern const char *const ray_kind_names[RAY_KINDS];
@@ -21,13 +22,13 @@ typedef struct ray_set {
     size_t count;
 } ray_set;
 
-/* size: pixels across and down, a multiple of 8. Only kind is RAY_PRIMARY. */
+/* size: pixels across and down, a multiple of 8. */
 void rays_make_primary(const subject *s, uint32_t size, ray_set *out);
-/* Of another kind; hits: of the primary rays. A misses leaves no ray. */
+/* Of another kind; hits: of the primary rays. No ray leaves where one missed. */
 void rays_make(const subject *s, uint32_t kind, const ray_set *primary, const hit *hits,
                ray_set *out);
-/* A copy in which one ray of RAY_SPOILED, at random, has a NaN or infinite part in its origin, direction or
- * interval, by which it hits nothing. */
+/* A copy in which one ray of RAY_SPOILED, at random, has a NaN or infinite part in its origin,
+ * direction or interval, by which it hits nothing. */
 enum { RAY_SPOILED = 8 };
 void rays_spoil(const ray_set *from, ray_set *out);
 static inline bool ray_is_spoiled(const ray *r) {

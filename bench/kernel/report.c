@@ -98,7 +98,7 @@ static void print_agreement(const cell *c, const settings *t) {
         if (i < SINGLE && a->bits)
             printf("           %s: %zu rays with other bits\n", tracer_names[i], a->bits);
         if (i < SINGLE || (a->hit_or_miss == 0 && a->ulp_max <= 4)) continue;
-        printf("           %s: %.4f %% agree in hit or miss (%zu do not)", tracer_names[i],
+        printf("           %s: %.5f %% agree in hit or miss (%zu do not)", tracer_names[i],
                agreeing(c, a), a->hit_or_miss);
         if (a->both)
             printf("; t to %u ulp, over 4 in %zu of %zu; snell is right in %zu, Embree in %zu",
@@ -148,7 +148,7 @@ void report_scene(const scene_results *r, const settings *t) {
 void report_means(const scene_results *r, size_t count, const settings *t) {
     if (!t->embree) return;
     printf("\n");
-    for (uint32_t i = 0; i < t->thread_count_count; i++)
+    for (uint32_t i = 0; i < t->threads_count; i++)
         for (int g = 0; g < GROUPS; g++) {
             mean m = mean_of(r, count, t, g, t->threads[i]);
             printf("%s, threads %u: %.3f times Embree in the geometric mean of %u, least %.3f (%s, "
@@ -252,7 +252,7 @@ static void json_cell(const scene_results *r, const cell *c, const settings *t) 
 
 static void json_means(const scene_results *r, size_t count, const settings *t) {
     const char *comma = "";
-    for (uint32_t i = 0; t->embree && i < t->thread_count_count; i++)
+    for (uint32_t i = 0; t->embree && i < t->threads_count; i++)
         for (int g = 0; g < GROUPS; g++) {
             mean m = mean_of(r, count, t, g, t->threads[i]);
             printf("%s{\"kinds\":\"%s\",\"threads\":%u,\"cells\":%u,\"ratio\":%.6g,"

@@ -47,7 +47,8 @@ void bench_scene_asteroid(bench_scene *s, double detail) {
 
 /* ---- terrain ---- */
 
-/* Ridges that get rougher with height, as in Musgrave's multifractals (Texturing and Modeling, ch. 16). */
+/* Ridges that get rougher with height, as in Musgrave's multifractals (Ebert et al., Texturing and
+ * Modeling, chapter 16). */
 static double terrain_height(double x, double z) {
     double height = 0, weight = 1, frequency = 0.28, size = 1;
     for (int i = 0; i < 10; i++) {

@@ -27,8 +27,8 @@ static void make_blob(bench_scene *s, double detail) {
     bench_add_sheet(s, n, n, true, blob_point, NULL);
 }
 
-/* ---- the sphereflake: every ball carries nine of a third of its radius, six around its equator and
- * three above (after Eric Haines's Standard Procedural Databases, 1987) ---- */
+/* ---- the sphereflake: every ball carries nine of a third of its radius, six around its equator
+ * and three above (after Eric Haines's Standard Procedural Databases, 1987) ---- */
 
 static void add_balls(bench_scene *s, dvec3 center, double radius, dvec3 axis, uint32_t depth) {
     if (!ARRAY_GROW(s->spheres, s->sphere_count, s->sphere_capacity, 1)) bench_die("out of memory");

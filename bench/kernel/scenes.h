@@ -35,8 +35,8 @@ bounds3 bench_scene_bounds(const bench_scene *s);
 /* Name and description of scene i, NULL after the last. usual: it is measured without asking. */
 const char *bench_scene_name(uint32_t i, const char **help, bool *usual);
 
-/* The generators: s is zeroed but for its name. Where they leave the camera and light at 0, a view of
- * everything from outside is chosen. */
+/* The generators: s is zeroed but for its name. Where they leave the camera at 0, it and the light
+ * are set to show everything from outside. */
 void bench_scene_atrium(bench_scene *s, double detail);
 void bench_scene_bunnies(bench_scene *s, double detail);
 void bench_scene_asteroid(bench_scene *s, double detail);

@@ -19,7 +19,8 @@ typedef struct subject {
     accel *accel;
 } subject;
 
-/* deforming: the mesh has a second key, at which it is stretched, and twisted about y by up to a radian. */
+/* deforming: the mesh has a second key, at which it is stretched, and twisted about y by up to a
+ * radian. */
 void subject_make(subject *s, const char *name, double detail, bool deforming);
 /* Builds, or builds anew; seconds by the clock, on every processor. leaf_size 0: chosen. */
 double subject_build(subject *s, uint32_t leaf_size);
