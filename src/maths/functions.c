@@ -21,3 +21,5 @@ void fn_exp3(const double x[3], double out[3]) {
 }
 double fn_log(double x) { return Sleef_cinz_logd1_u10purec(x); }
 double fn_pow(double x, double y) { return Sleef_cinz_powd1_u10purec(x, y); }
+double fn_cbrt(double x) { return Sleef_cinz_cbrtd1_u10purec(x); }
+double fn_erfc(double x) { return Sleef_cinz_erfcd1_u15purec(x); }

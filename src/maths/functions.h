@@ -14,6 +14,8 @@ double fn_exp(double x);
 void fn_exp3(const double x[3], double out[3]); /* the same bits as three fn_exp, sooner */
 double fn_log(double x);
 double fn_pow(double x, double y);
+double fn_cbrt(double x);
+double fn_erfc(double x); /* at most 1.5 ulp */
 
 #define PI 3.14159265358979323846
 
