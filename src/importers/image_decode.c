@@ -23,13 +23,12 @@ const char *image_format_word(const decoded_image *image) {
     return image->channels == 1 ? "gray8" : image->channels == 3 ? "rgb8" : "rgba8";
 }
 
-/* Checks the size that a file claims and makes room for it. */
-static snell_status make_room(decoded_image *image, size_t size_max) {
+snell_status image_make_room(decoded_image *image, size_t size_max) {
     if (image->width == 0 || image->height == 0 || image->width > SIDE_MAX ||
         image->height > SIDE_MAX)
         return error_set(SNELL_ERR_SYNTAX, NULL, "an image of %u x %u pixels cannot be read",
                          image->width, image->height);
-    size_t size = (size_t)image->width * image->height * image->channels;
+    size_t size = (size_t)image->width * image->height * image->channels * (image->wide ? 2 : 1);
     if (size > IMAGE_SIZE_MAX) /* more memory would not help */
         return error_set(SNELL_ERR_UNSUPPORTED, "make the image smaller",
                          "an image of %u x %u pixels is too large", image->width, image->height);
@@ -47,6 +46,7 @@ typedef struct png_job {
     png_infop info;
     const uint8_t *data;
     size_t size, used, size_max;
+    bool keep_16;
     decoded_image image;
     png_bytep *rows;
     snell_status status;
@@ -68,13 +68,13 @@ static void png_take(png_structp png, png_bytep out, size_t size) {
     job->used += size;
 }
 
-/* Palettes, 1, 2, 4 and 16 bits and transparent colours all become 8-bit channels; gamma chunks are
- * not applied, as glTF asks. */
+/* Palettes, 1, 2 and 4 bits and transparent colours all become 8-bit channels, 16 bits too unless they are
+ * to be kept; gamma chunks are not applied, as glTF asks. */
 static snell_status png_read_pixels(png_job *job) {
     png_structp png = job->png;
     png_read_info(png, job->info);
     png_set_expand(png);
-    png_set_scale_16(png);
+    if (!job->keep_16) png_set_scale_16(png);
     int color = png_get_color_type(png, job->info);
     if (color == PNG_COLOR_TYPE_GRAY_ALPHA ||
         (color == PNG_COLOR_TYPE_GRAY && png_get_valid(png, job->info, PNG_INFO_tRNS)))
@@ -85,12 +85,13 @@ static snell_status png_read_pixels(png_job *job) {
     image->width = png_get_image_width(png, job->info);
     image->height = png_get_image_height(png, job->info);
     image->channels = png_get_channels(png, job->info);
+    image->wide = png_get_bit_depth(png, job->info) == 16;
     if (image->channels == 2 || image->channels > 4) png_error(png, "odd channels");
-    snell_status status = make_room(image, job->size_max);
+    snell_status status = image_make_room(image, job->size_max);
     if (status) return status;
     job->rows = memory_resize(NULL, image->height, sizeof *job->rows);
     if (job->rows == NULL) return error_no_memory();
-    size_t row_size = (size_t)image->width * image->channels;
+    size_t row_size = (size_t)image->width * image->channels * (image->wide ? 2 : 1);
     if (png_get_rowbytes(png, job->info) != row_size) png_error(png, "odd rows");
     for (uint32_t y = 0; y < image->height; y++) job->rows[y] = image->pixels + y * row_size;
     png_read_image(png, job->rows);
@@ -125,11 +126,11 @@ static snell_status check_png_size(const uint8_t *data, size_t size) {
                      "an image of %u x %u pixels cannot be read", width, height);
 }
 
-static snell_status decode_png(const uint8_t *data, size_t size, size_t size_max,
+static snell_status decode_png(const uint8_t *data, size_t size, size_t size_max, bool keep_16,
                                decoded_image *out) {
     snell_status status = check_png_size(data, size);
     if (status) return status;
-    png_job job = {.data = data, .size = size, .size_max = size_max};
+    png_job job = {.data = data, .size = size, .size_max = size_max, .keep_16 = keep_16};
     job.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &job, png_fail, png_ignore);
     if (job.png) job.info = png_create_info_struct(job.png);
     if (job.info)
@@ -180,7 +181,7 @@ static snell_status jpeg_run(tjhandle jpeg, const uint8_t *data, size_t size, si
     bool cmyk = space == TJCS_CMYK || space == TJCS_YCCK;
     image->width = (uint32_t)width, image->height = (uint32_t)height;
     image->channels = space == TJCS_GRAY ? 1 : cmyk ? 4 : 3;
-    snell_status status = make_room(image, size_max);
+    snell_status status = image_make_room(image, size_max);
     if (status) return status;
     memset(image->pixels, 128, (size_t)width * image->height * image->channels);
     /* The accurate DCT gives the same bits with and without SIMD; scans are limited against
@@ -226,12 +227,13 @@ static bool begins(const uint8_t *data, size_t size, size_t at, const char *magi
     return size >= at + length && memcmp(data + at, magic, length) == 0;
 }
 
-snell_status image_decode(const void *data, size_t size, size_t size_max, decoded_image *out) {
+static snell_status decode(const void *data, size_t size, size_t size_max, bool keep_16,
+                           decoded_image *out) {
     const uint8_t *bytes = data;
     const char *name = "an unknown kind of";
     *out = (decoded_image){0};
     if (begins(bytes, size, 0, "\x89PNG\r\n\x1a\n", 8))
-        return decode_png(bytes, size, size_max, out);
+        return decode_png(bytes, size, size_max, keep_16, out);
     if (begins(bytes, size, 0, "\xff\xd8\xff", 3)) return decode_jpeg(bytes, size, size_max, out);
     if (size == 0) return error_set(SNELL_ERR_SYNTAX, NULL, "the image is empty");
     if (begins(bytes, size, 0, "RIFF", 4) && begins(bytes, size, 8, "WEBP", 4)) name = "a WebP";
@@ -243,6 +245,14 @@ snell_status image_decode(const void *data, size_t size, size_t size_max, decode
     if (begins(bytes, size, 0, "v/1\x01", 4)) name = "an OpenEXR";
     return error_set(SNELL_ERR_UNSUPPORTED, "convert it to PNG or JPEG", "%s image cannot be read",
                      name);
+}
+
+snell_status image_decode(const void *data, size_t size, size_t size_max, decoded_image *out) {
+    return decode(data, size, size_max, false, out);
+}
+
+snell_status image_decode_wide(const void *data, size_t size, size_t size_max, decoded_image *out) {
+    return decode(data, size, size_max, true, out);
 }
 
 static snell_status copy_channels(const decoded_image *image, uint32_t first, uint32_t channels,

@@ -10,6 +10,8 @@ typedef struct decoded_image {
     uint32_t channels; /* 1 grey, 3 RGB, 4 RGBA; 8 bits each */
     uint8_t *pixels;   /* rows, top first, interleaved; free with image_free */
     bool floats;       /* channels is 4 and pixels are linear floats (image_float.h) */
+    bool opaque;       /* of floats: alpha is all 1, the file has none */
+    bool wide;         /* 16 bits a channel, the high byte first (image_decode_wide) */
     bool damaged;      /* a JPEG that ends early or is odd: part of it is grey */
 } decoded_image;
 
@@ -17,7 +19,12 @@ typedef struct decoded_image {
  * (a broken image), SNELL_ERR_UNSUPPORTED (another format, or one that is not built in),
  * SNELL_ERR_MEMORY; without a place, which the caller adds. */
 snell_status image_decode(const void *data, size_t size, size_t size_max, decoded_image *out);
+/* The same, but PNG files of 16 bits are not rounded to 8. */
+snell_status image_decode_wide(const void *data, size_t size, size_t size_max, decoded_image *out);
 void image_free(decoded_image *image);
+
+/* For the formats: checks the size that a file claims, with channels and `wide`, and makes room. */
+snell_status image_make_room(decoded_image *image, size_t size_max);
 
 /* Bytes of pixels that one image may have when nobody says less. */
 #define IMAGE_SIZE_MAX ((size_t)1 << 30)

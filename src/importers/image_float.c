@@ -168,24 +168,29 @@ bool image_is_float(const void *data, size_t size) {
            begins(data, size, "PF\n") || begins(data, size, "Pf\n");
 }
 
-snell_status image_decode_float(const void *data, size_t size, size_t size_max,
-                                decoded_image *out) {
+snell_status image_decode_layer(const void *data, size_t size, size_t size_max, const char *layer,
+                                image_names *layers, decoded_image *out) {
     reader r = {data, size, 0};
-    *out = (decoded_image){0};
+    *out = (decoded_image){.opaque = true};
     snell_status status;
     if (begins(data, size, "v/1\x01"))
-        status = image_decode_exr(data, size, size_max, out);
+        status = image_decode_exr(data, size, size_max, layer, layers, out);
+    else if (layer[0])
+        status = error_set(SNELL_ERR_ARGUMENT, "only OpenEXR files do", "it has no layers");
     else if (begins(data, size, "#?R"))
         status = decode_radiance(&r, size_max, out);
     else
         status = decode_pfm(&r, size_max, out);
-    if (status) {
-        image_free(out);
-        return status;
-    }
+    if (status) image_free(out);
+    return status;
+}
+
+snell_status image_decode_float(const void *data, size_t size, size_t size_max,
+                                decoded_image *out) {
+    snell_status status = image_decode_layer(data, size, size_max, "", NULL, out);
     float *value = (float *)(void *)out->pixels;
     size_t count = (size_t)out->width * out->height * 4;
     for (size_t i = 0; i < count; i++)
         if (value[i] < 0) value[i] = 0;
-    return SNELL_OK;
+    return status;
 }

@@ -11,9 +11,20 @@ bool image_is_float(const void *data, size_t size);
  * image_decode. */
 snell_status image_decode_float(const void *data, size_t size, size_t size_max, decoded_image *out);
 
+/* Names, each with its 0, one after the other. */
+typedef struct image_names {
+    char *text; /* free */
+    size_t size;
+} image_names;
+/* The same, but the values are the file's own, and of OpenEXR a layer or a channel by its full name
+ * ("": the colours; others have no layers). *layers, if not NULL, gets the names of all, on success. */
+snell_status image_decode_layer(const void *data, size_t size, size_t size_max, const char *layer,
+                                image_names *layers, decoded_image *out);
+
 /* For the formats: checks a size that a file claims and makes room for RGBA floats. */
 snell_status image_make_float_room(decoded_image *image, size_t size_max);
 /* image_exr.c; the build may lack it. */
-snell_status image_decode_exr(const void *data, size_t size, size_t size_max, decoded_image *out);
+snell_status image_decode_exr(const void *data, size_t size, size_t size_max, const char *layer,
+                              image_names *layers, decoded_image *out);
 
 #endif
