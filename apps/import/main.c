@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "base/thread.h"
 #include "importers/importer.h"
+#include "importers/picture.h"
 #include "importers/protocol.h"
 #include "sandbox.h"
 #include "scene/records.h"
@@ -69,6 +70,7 @@ static bool parse(int count, char **arguments, request *out) {
         if (strcmp(name, PROTOCOL_FILE) == 0) out->file = value;
         if (strcmp(name, PROTOCOL_FORMAT) == 0) out->format = value;
         if (strcmp(name, PROTOCOL_UP) == 0) out->import.up = value;
+        if (strcmp(name, PROTOCOL_LAYER) == 0) out->import.layer = value;
         if (strcmp(name, PROTOCOL_PROGRAMS) == 0) out->import.allow_programs = value[0] == '1';
         if (strcmp(name, PROTOCOL_FRAME) == 0)
             out->import.frame = (uint32_t)strtoul(value, NULL, 10);
@@ -105,22 +107,18 @@ static bool write_result(void *user, const void *data, size_t size) {
     return true;
 }
 
-static snell_status send_result(const description *d) {
-    static buffer out;
-    snell_status status = records_write(d, write_result, &out);
-    if (status == SNELL_OK && !flush(&out)) status = SNELL_ERR_IO;
-    if (status == SNELL_ERR_IO) /* the memory file is as large as it may be */
-        return error_set(SNELL_ERR_MEMORY, NULL, "the scene needs more memory than it may use");
-    return status;
+static buffer result;
+
+static int end_result(snell_status written) {
+    if (written == SNELL_OK && !flush(&result)) written = SNELL_ERR_IO;
+    if (written == SNELL_ERR_IO) /* the memory file is as large as it may be */
+        written = error_set(SNELL_ERR_MEMORY, NULL, "the result needs more memory than it may use");
+    if (written) return say_error();
+    say(&(protocol_record){.kind = PROTOCOL_DONE});
+    return 0;
 }
 
-static int run(request *asked) {
-    sandbox_options walls = {.file = asked->file,
-                             .allow = asked->allow,
-                             .allow_count = asked->import.asset_dir_count,
-                             .memory_max = asked->import.memory_max,
-                             .time_max = asked->time_max};
-    const char *missing = sandbox_enter(&walls);
+static int read_scene(request *asked, const char *missing) {
     description *d;
     if (description_create(&d)) return say_error();
     if (missing[0])
@@ -130,9 +128,23 @@ static int run(request *asked) {
     asked->import.progress = say_progress;
     asked->import.progress_user = &last;
     if (import_file(asked->file, asked->format, &asked->import, d)) return say_error();
-    if (send_result(d)) return say_error();
-    say(&(protocol_record){.kind = PROTOCOL_DONE});
-    return 0;
+    return end_result(records_write(d, write_result, &result));
+}
+
+static int read_picture(const request *asked) {
+    picture p;
+    if (picture_import(asked->file, &asked->import, &p)) return say_error();
+    return end_result(picture_write(&p, write_result, &result));
+}
+
+static int run(request *asked) {
+    sandbox_options walls = {.file = asked->file,
+                             .allow = asked->allow,
+                             .allow_count = asked->import.asset_dir_count,
+                             .memory_max = asked->import.memory_max,
+                             .time_max = asked->time_max};
+    const char *missing = sandbox_enter(&walls);
+    return asked->import.layer ? read_picture(asked) : read_scene(asked, missing);
 }
 
 int main(int count, char **arguments) {

@@ -30,7 +30,9 @@ struct snell_scene {
 };
 
 struct snell_film {
+    snell_context *context;
     film film;
+    char *layers; /* of the file it was read from: names, each with its 0, an empty one last; or NULL */
     snell_render_stats stats;
     float exposure; /* what the scene asks for */
     int tonemap;    /* choice of render_desc.tonemap, never "default" */

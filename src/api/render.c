@@ -174,6 +174,8 @@ static snell_status choose_camera(const snell_scene *s, const snell_render_desc 
 
 /* What the scene wants done to the picture when it is written. */
 static void keep_look(const snell_scene *s, snell_film *f) {
+    free(f->layers);
+    f->layers = NULL;
     const render_desc *r = render_settings(s);
     f->exposure = r ? r->exposure : 0;
     f->tonemap = r ? r->tonemap : 0;
@@ -294,11 +296,14 @@ snell_status snell_film_create(snell_context *context, snell_film **out) {
     if (context == NULL || out == NULL)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_create: an argument is NULL");
     *out = memory_zeroed(1, sizeof **out);
-    return *out ? SNELL_OK : error_no_memory();
+    if (*out == NULL) return error_no_memory();
+    (*out)->context = context;
+    return SNELL_OK;
 }
 
 void snell_film_destroy(snell_film *f) {
     if (f == NULL) return;
+    free(f->layers);
     film_free(&f->film);
     free(f);
 }

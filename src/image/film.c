@@ -50,7 +50,7 @@ snell_status film_resize(film *f, uint32_t width, uint32_t height, uint32_t chan
         return error_set(SNELL_ERR_MEMORY, "make a smaller picture",
                          "no memory for a picture of %u x %u pixels", width, height);
     free(f->pixels);
-    *f = (film){width, height, channels, pixels};
+    *f = (film){.width = width, .height = height, .channels = channels, .pixels = pixels};
     return SNELL_OK;
 }
 

@@ -31,6 +31,7 @@ void film_block_add_alpha(film_block *b, uint32_t pixel, double alpha);
 typedef struct film {
     uint32_t width, height, channels; /* channels 3 or 4 (alpha, premultiplied) */
     float *pixels;                    /* rows, top first */
+    uint32_t encoded_bits; /* of a file for screens (sRGB), decoded: 8 or 16; 0: linear light */
 } film;
 
 snell_status film_resize(film *f, uint32_t width, uint32_t height,

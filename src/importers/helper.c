@@ -1,5 +1,6 @@
 /* The parent's side of the import helper. snell-import reads the file in a sandbox and writes a
- * scene block (scene/records.h) into shared memory; what it says on the way comes through a pipe.
+ * scene block (scene/records.h), or a picture, into shared memory; what it says on the way comes
+ * through a pipe.
  *
  *     helper_import ──posix_spawn──▶ snell-import: limits, Landlock, seccomp, then reads the file
  *        ▲  ▲ pipe: progress, the error, "done" ────┤
@@ -178,7 +179,7 @@ static snell_status open_channels(running *r, int *pipe_write) {
     return error_set(SNELL_ERR_IO, NULL, "cannot start snell-import: %s", strerror(errno));
 }
 
-enum { ARGUMENTS_FIXED = 18 };
+enum { ARGUMENTS_FIXED = 20 };
 
 /* The arguments point into path, options and numbers; NULL when out of memory. */
 static const char **make_arguments(const running *r, const helper_options *options,
@@ -195,7 +196,7 @@ static const char **make_arguments(const running *r, const helper_options *optio
         {PROTOCOL_FILE, r->path},           {PROTOCOL_MEMORY, numbers[0]},
         {PROTOCOL_TIME, numbers[1]},        {PROTOCOL_PROGRAMS, import->allow_programs ? "1" : "0"},
         {PROTOCOL_FORMAT, options->format}, {PROTOCOL_UP, import->up},
-        {PROTOCOL_FRAME, numbers[2]}};
+        {PROTOCOL_FRAME, numbers[2]},       {PROTOCOL_LAYER, import->layer}};
     size_t count = 0;
     list[count++] = "snell-import";
     for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {
@@ -418,7 +419,7 @@ static snell_status report_end(running *r) {
 
 /* ---- its result ---- */
 
-static snell_status read_result(const running *r, description *d) {
+static snell_status read_result(const running *r, helper_take *take, void *user) {
     source_place place = {r->path, 0, 0};
     struct stat status;
     /* Sealed, nobody can change it any more; it fails if someone still could. */
@@ -435,19 +436,14 @@ static snell_status read_result(const running *r, description *d) {
         return errno == ENOMEM ? error_no_memory()
                                : error_set(SNELL_ERR_IO, NULL, "cannot map the reader's result: %s",
                                            strerror(errno));
-    size_t message_count = d->message_count;
-    snell_status result = records_read(data, size, d);
+    snell_status result = take(user, data, size);
     if (result) error_place(place);
-    for (size_t i = message_count; i < d->message_count; i++) {
-        clean_text(d->messages[i].text);
-        clean_text(d->messages[i].hint);
-        clean_text(d->messages[i].file);
-    }
     munmap(data, size);
     return result;
 }
 
-snell_status helper_import(const char *path, const helper_options *options, description *d) {
+snell_status helper_run(const char *path, const helper_options *options, helper_take *take,
+                        void *user) {
     snell_status status = check_file(path);
     if (!status) status = check_folders(&options->import);
     if (status) return status;
@@ -460,7 +456,23 @@ snell_status helper_import(const char *path, const helper_options *options, desc
     if (!status) status = report_end(&r);
     close_fd(&r.pidfd);
     close_fd(&r.pipe_fd);
-    if (!status) status = read_result(&r, d);
+    if (!status) status = read_result(&r, take, user);
     close_fd(&r.result_fd);
     return status;
+}
+
+static snell_status take_records(void *user, const void *data, size_t size) {
+    description *d = user;
+    size_t message_count = d->message_count;
+    snell_status status = records_read(data, size, d);
+    for (size_t i = message_count; i < d->message_count; i++) {
+        clean_text(d->messages[i].text);
+        clean_text(d->messages[i].hint);
+        clean_text(d->messages[i].file);
+    }
+    return status;
+}
+
+snell_status helper_import(const char *path, const helper_options *options, description *d) {
+    return helper_run(path, options, take_records, d);
 }

@@ -3,6 +3,7 @@
 #ifndef SNELL_IMPORTERS_IMPORTER_H
 #define SNELL_IMPORTERS_IMPORTER_H
 
+#include "image/film.h"
 #include "scene/description.h"
 
 typedef struct import_options {
@@ -12,6 +13,7 @@ typedef struct import_options {
     size_t asset_dir_count;
     const char *up;      /* "x" .. "-z", or NULL: as the format says */
     const char *format;  /* set by import_file: the format that was asked for; NULL: by content */
+    const char *layer;   /* of a picture, "" its colours: no scene is read; NULL: a scene */
     bool allow_programs; /* run Lua */
     uint32_t frame;      /* of an animation; 0: its first */
     uint64_t memory_max; /* bytes; 0: in the helper's parent a share of the machine's memory */
@@ -52,5 +54,19 @@ typedef struct helper_options {
 /* Starts snell-import on the file, waits for its end, and adds what it found to d; on failure d is
  * as it was. Warnings of the importer are among d's messages. */
 snell_status helper_import(const char *path, const helper_options *options, description *d);
+
+typedef struct helper_picture {
+    film film;
+    char *layers; /* names, each with its 0; an empty one at the end; NULL: none; free */
+    bool damaged; /* a JPEG, part of which is grey */
+} helper_picture;
+/* Starts snell-import on a picture, of which options->import.layer says what is wanted; on success
+ * *out, which need not be empty, is replaced (helper_picture.c). */
+snell_status helper_read_picture(const char *path, const helper_options *options,
+                                 helper_picture *out);
+/* Any other result: `take` gets the sealed block when snell-import is done. */
+typedef snell_status helper_take(void *user, const void *data, size_t size);
+snell_status helper_run(const char *path, const helper_options *options, helper_take *take,
+                        void *user);
 
 #endif
