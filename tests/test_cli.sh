@@ -34,14 +34,15 @@ absent() { [ ! -e "$1" ] || fail "there is a $1"; }
 
 # ---- one table: help, manual and completion say the same as the parser --------------------------
 table() {
+    local commands="render info compare convert example help"
     local command name letter metavar alias
     run 0 help --options
     cp out options
-    for page in snell render info example help scene; do run 0 help --man $page; cp out man.$page; done
+    for page in snell $commands scene; do run 0 help --man $page; cp out man.$page; done
     for shell in bash zsh fish; do run 0 help --completion $shell; cp out completion.$shell; done
     run 0 --help
     cp out help.snell
-    for page in render info example help; do run 0 $page --help; cat help.snell out >help.$page; done
+    for page in $commands; do run 0 $page --help; cat help.snell out >help.$page; done
     [ "$(wc -l <options)" -gt 40 ] || fail "the table of options is short"
     while read -r command name letter metavar alias; do
         if [ "$alias" = alias ]; then
@@ -59,17 +60,17 @@ table() {
         grep -qE -- "-l ${name#--}( |\$)" completion.fish || fail "fish completion lacks $name"
     done <options
     # and nothing more than the parser knows
-    for command in render info example help; do
+    for command in $commands; do
         grep -oE '^ +(-., )?--[a-z-]+' help.$command | grep -oE -- '--[a-z-]+' | while read -r name; do
             grep -q "^$command $name " options || echo "$command $name"
         done
     done >unknown
     [ -s unknown ] && fail "help knows options that the parser does not: $(tr '\n' ' ' <unknown)"
-    awk 'length > 79' help.render help.snell >long
+    awk 'length > 79' help.* >long
     [ -s long ] && fail "help lines wider than 79 columns: $(cat long)"
     bash -n completion.bash || fail "the bash completion is no bash"
     if command -v groff >/dev/null; then
-        for page in snell render info example help scene; do
+        for page in snell $commands scene; do
             groff -man -Tutf8 -ww man.$page >/dev/null 2>warnings
             [ -s warnings ] && fail "man.$page: $(head -3 warnings)"
         done
@@ -376,7 +377,7 @@ tag() {
     prints "--seed=5"
     prints "--view=30,15"
     cp out first
-    grep -qE 'threads|isa|-t' out && fail "the tag tells threads or ISA"
+    grep -qE -- '--threads|--isa| -t' out && fail "the tag tells threads or ISA"
     # the printed command makes the same bytes
     cp tagged.png before.png
     rm tagged.png
@@ -485,7 +486,7 @@ texts() {
         cmp -s out "$source_folder/scenes/$name.lua" || fail "example $name is not scenes/$name.lua"
     done
     for topic in formats scene materials lights shapes cameras textures integrators tonemaps exit \
-        environment render info example help dielectric sphere point perspective lambert; do
+        environment render info compare convert example help dielectric sphere point perspective lambert; do
         run 0 help $topic
         lines err 0
         [ "$(wc -l <out)" -ge 3 ] || fail "help $topic is short"

@@ -1,4 +1,5 @@
 /* --json of the built command: one object that parses, with the keys that scripts rely on. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -188,14 +189,60 @@ static void test_info(void **state) {
     assert_int_equal(code, 0);
 }
 
+static double number(json_t *object, const char *key) {
+    return json_real_value(get(object, key, JSON_REAL));
+}
+
+static void test_compare(void **state) {
+    (void)state;
+    int code;
+    write_file("a.pgm", "P5 4 1 200\n\x64\x64\x64\x64");
+    write_file("b.pgm", "P5 4 1 200\n\x64\x64\x5a\x64"); /* 90 of 200, not 100 */
+    json_t *root = run("compare a.pgm b.pgm --json --max-rmse 0.001 --error e.pfm", &code);
+    assert_int_equal(code, 1);
+    assert_int_equal(whole(root, "schema"), 1);
+    assert_string_equal(text(root, "reference"), "a.pgm");
+    assert_string_equal(text(root, "file"), "b.pgm");
+    assert_true(whole(root, "width") == 4 && whole(root, "height") == 1);
+    assert_true(whole(root, "differing") == 1 && whole(root, "not_finite") == 0);
+    double d = 13 / 255.0; /* 128 - 115 */
+    assert_true(fabs(number(root, "difference_max") - d) < 1e-8);
+    json_t *at = get(root, "difference_at", JSON_ARRAY);
+    assert_int_equal(json_integer_value(json_array_get(at, 0)), 2);
+    assert_int_equal(json_integer_value(json_array_get(at, 1)), 0);
+    assert_true(fabs(number(root, "rmse") - d / 2) < 1e-8);
+    assert_true(number(root, "rel_mse") > 0 && number(root, "flip") > 0);
+    assert_true(fabs(number(root, "psnr") + 20 * log10(d / 2)) < 1e-5);
+    get(root, "linear", JSON_FALSE);
+    get(root, "passed", JSON_FALSE);
+    json_t *over = get(root, "over", JSON_ARRAY);
+    assert_int_equal(json_array_size(over), 1);
+    assert_string_equal(json_string_value(json_array_get(over, 0)), "max-rmse");
+    assert_string_equal(text(root, "error_map"), "e.pfm");
+    assert_null(json_object_get(root, "z_test"));
+    assert_int_equal(json_array_size(get(root, "warnings", JSON_ARRAY)), 0);
+    json_decref(root);
+    root = run("compare a.pgm a.pgm --json", &code);
+    assert_int_equal(code, 0);
+    get(root, "psnr", JSON_NULL); /* infinite */
+    get(root, "passed", JSON_TRUE);
+    json_decref(root);
+    check_error("compare a.pgm none.pgm --json", 5, "io");
+    check_error("compare a.pgm ball.png --json", 3, "argument");
+    root = run("convert a.pgm c.png --json", &code);
+    assert_int_equal(code, 0);
+    assert_string_equal(text(root, "output"), "c.png");
+    assert_int_equal(whole(root, "width"), 4);
+    json_decref(root);
+}
+
 int main(void) {
     unsetenv("SNELL_FULL"); /* for tests; the command would warn of them */
     unsetenv("SNELL_MODELS");
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_render),
-        cmocka_unit_test(test_errors),
-        cmocka_unit_test(test_several),
-        cmocka_unit_test(test_info),
+        cmocka_unit_test(test_render),  cmocka_unit_test(test_errors),
+        cmocka_unit_test(test_several), cmocka_unit_test(test_info),
+        cmocka_unit_test(test_compare),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

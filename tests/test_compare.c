@@ -569,7 +569,7 @@ static void linear_metrics_are_as_defined(void **state) {
     double squares = 0.0625 + 0.25;
     assert_true(c.linear && c.width == 2 && c.height == 1 && c.not_finite == 0);
     assert_int_equal(c.differing, 1);
-    assert_true(c.largest == 0.5 && c.largest_x == 0 && c.largest_y == 0);
+    assert_true(c.difference_max == 0.5 && c.difference_x == 0 && c.difference_y == 0);
     assert_true(close_to(c.rmse, sqrt(squares / 6)));
     assert_true(close_to(c.psnr, -10 * log10(squares / 6)));
     assert_true(close_to(c.rel_mse, (0.0625 / 0.26 + 0.25 / 4.01) / 6));
@@ -580,7 +580,7 @@ static void linear_metrics_are_as_defined(void **state) {
     assert_true(back.rmse == c.rmse);
     snell_comparison same = compare(left, left, NULL);
     assert_true(same.differing == 0 && same.rmse == 0 && same.rel_mse == 0 && same.flip == 0);
-    assert_true(isinf(same.psnr) && same.largest == 0);
+    assert_true(isinf(same.psnr) && same.difference_max == 0);
     snell_film_destroy(left);
     snell_film_destroy(right);
 }
@@ -593,7 +593,8 @@ static void alpha_counts_where_there_is_any(void **state) {
                *thin = film_of(1, 1, 4, half), *clear = film_of(1, 1, 4, none);
     assert_int_equal(compare(opaque, rgb, NULL).differing, 0);
     snell_comparison c = compare(thin, clear, NULL);
-    assert_true(c.differing == 1 && c.largest == 0.5 && close_to(c.rmse, 0.25) && c.flip == 0);
+    assert_true(c.differing == 1 && c.difference_max == 0.5 && close_to(c.rmse, 0.25) &&
+                c.flip == 0);
     snell_film_destroy(opaque);
     snell_film_destroy(rgb);
     snell_film_destroy(thin);
@@ -607,7 +608,7 @@ static void numbers_that_are_none_are_left_out(void **state) {
     snell_comparison c = compare(left, right, NULL);
     assert_int_equal(c.not_finite, 2);
     assert_int_equal(c.differing, 2); /* the NaN is the same in both */
-    assert_true(close_to(c.rmse, sqrt(0.25 / 3)) && c.largest == 0.5 && c.largest_x == 1);
+    assert_true(close_to(c.rmse, sqrt(0.25 / 3)) && c.difference_max == 0.5 && c.difference_x == 1);
     assert_true(c.flip > 0 && c.flip <= 1);
     const float all[] = {NAN, NAN, NAN};
     snell_film *nothing = film_of(1, 1, 3, all), *black = film_of(1, 1, 3, NULL);
@@ -628,8 +629,8 @@ static void screens_are_compared_as_shown(void **state) {
     b->film.pixels[3 * 5 + 1] = srgb_table()[10];
     a->film.pixels[3 * 5 + 1] = srgb_table()[30];
     snell_comparison c = compare(a, b, NULL);
-    assert_true(!c.linear && c.differing == 1 && c.largest_x == 5 && c.largest_y == 0);
-    assert_true(close_to(c.largest, 20 / 255.0));
+    assert_true(!c.linear && c.differing == 1 && c.difference_x == 5 && c.difference_y == 0);
+    assert_true(close_to(c.difference_max, 20 / 255.0));
     assert_true(close_to(c.rmse, 20 / 255.0 / sqrt(3.0 * PIXELS)));
     /* A linear picture beside one of 8 bits is what would have been written of it. */
     static const char *const maps[] = {"clip", "reinhard", "neutral"};
@@ -660,7 +661,7 @@ static void screens_are_compared_as_shown(void **state) {
     desc.as_shown = true;
     c = compare(left, right, &desc);
     double step = srgb_encode((double)0.50001f) - srgb_encode(0.5);
-    assert_true(!c.linear && c.differing == 1 && fabs(c.largest - step) < 1e-12);
+    assert_true(!c.linear && c.differing == 1 && fabs(c.difference_max - step) < 1e-12);
     snell_film_destroy(a);
     snell_film_destroy(b);
     snell_film_destroy(left);
@@ -820,7 +821,7 @@ static void chance_is_not_found_guilty(void **state) {
     }
     /* ten deviations are found at every pixel, where the variances are known well */
     snell_comparison c = compare_noise(400, 3 / sqrt(400), false);
-    assert_true(c.z_rejected > SIDE * SIDE * 0.99 && c.z_largest > 10);
+    assert_true(c.z_rejected > SIDE * SIDE * 0.99 && c.z_max > 10);
 }
 
 static void what_has_no_variance_must_be_equal(void **state) {
@@ -833,10 +834,10 @@ static void what_has_no_variance_must_be_equal(void **state) {
     desc.picture_variance = zero;
     snell_comparison c = compare(left, right, &desc);
     assert_true(c.z_values == 1 && c.z_beyond == 1 && c.z_rejected == 1);
-    assert_true(isinf(c.z_largest) && c.z_x == 1 && c.z_y == 0);
+    assert_true(isinf(c.z_max) && c.z_x == 1 && c.z_y == 0);
     desc.picture_variance = strange; /* variances that are none test nothing */
     c = compare(left, right, &desc);
-    assert_true(c.z_values == 3 && c.z_rejected == 0 && c.z_largest == 0.5);
+    assert_true(c.z_values == 3 && c.z_rejected == 0 && c.z_max == 0.5);
     desc.as_shown = true;
     assert_int_equal(compare(left, right, &desc).z_values, 0);
     snell_film_destroy(left);
@@ -844,6 +845,72 @@ static void what_has_no_variance_must_be_equal(void **state) {
     snell_film_destroy(zero);
     snell_film_destroy(strange);
 }
+
+/* ---- the command finds the variance in an EXR ---- */
+
+#if SNELL_HAS_OPENEXR
+
+static float noisy_value(int part, int channel, int x) {
+    (void)part;
+    return channel < 3 ? 1 + 0.02f * (float)x : 0.0001f; /* deviation 0.01 */
+}
+static float other_value(int part, int channel, int x) {
+    return noisy_value(part, channel, x) + (channel < 3 ? 0.01f : 0);
+}
+static float far_value(int part, int channel, int x) {
+    return noisy_value(part, channel, x) + (channel == 1 && x == 2 ? 0.07f : 0);
+}
+
+static json_t *run_compare(const char *arguments, int *code) {
+    char command[500];
+    snprintf(command, sizeof command,
+             "cd %s && env -u SNELL_MODELS -u SNELL_FULL " TEST_BINARY_DIR
+             "/snell compare --json %s 2>messages",
+             folder, arguments);
+    FILE *pipe = popen(command, "r");
+    assert_non_null(pipe);
+    json_t *root = json_loadf(pipe, 0, NULL);
+    int status = pclose(pipe);
+    assert_non_null(root);
+    assert_true(WIFEXITED(status));
+    *code = WEXITSTATUS(status);
+    return root;
+}
+
+static json_int_t z_of(const json_t *root, const char *key) {
+    return json_integer_value(json_object_get(json_object_get(root, "z_test"), key));
+}
+
+static void the_command_tests_against_chance(void **state) {
+    (void)state;
+    const exr_part layered = {.channels = {"R", "G", "B", "variance.R", "variance.G", "variance.B"},
+                              .type = EXR_PIXEL_FLOAT};
+    write_exr_of("mean.exr", &layered, 1, noisy_value);
+    write_exr_of("other.exr", &layered, 1, other_value);
+    write_exr_of("far.exr", &layered, 1, far_value);
+    int code;
+    json_t *root = run_compare("mean.exr other.exr --max-rejected 0", &code);
+    assert_int_equal(code, 0);
+    assert_true(z_of(root, "values") == 4 * 3 * 3 && z_of(root, "rejected") == 0);
+    double z = json_real_value(json_object_get(json_object_get(root, "z_test"), "max"));
+    assert_true(fabs(z - 1 / sqrt(2)) < 1e-4);
+    json_decref(root);
+    root = run_compare("mean.exr far.exr --max-rejected 2", &code); /* in all three rows */
+    assert_int_equal(code, 1);
+    assert_int_equal(z_of(root, "rejected"), 3);
+    json_decref(root);
+    /* four values each say less of their variance: 7 / sqrt(2) deviations could be chance */
+    root = run_compare("mean.exr far.exr --max-rejected 0 --variance-count 4", &code);
+    assert_int_equal(code, 0);
+    assert_int_equal(z_of(root, "beyond"), 3);
+    json_decref(root);
+    root = run_compare("mean.exr far.exr --layer variance", &code);
+    assert_int_equal(code, 0); /* the variances are equal, and have none of their own */
+    assert_null(json_object_get(root, "z_test"));
+    json_decref(root);
+}
+
+#endif
 
 int main(void) {
     const struct CMUnitTest tests[] = {
@@ -865,6 +932,9 @@ int main(void) {
         cmocka_unit_test(quantiles_are_those_of_the_tables),
         cmocka_unit_test(chance_is_not_found_guilty),
         cmocka_unit_test(what_has_no_variance_must_be_equal),
+#if SNELL_HAS_OPENEXR
+        cmocka_unit_test(the_command_tests_against_chance),
+#endif
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);
 }

@@ -8,6 +8,8 @@
 
 int render_command(const options *o);
 int info_command(const options *o);
+int compare_command(const options *o);
+int convert_command(const options *o);
 int example_command(const options *o);
 int help_command(const options *o);
 

@@ -95,9 +95,9 @@ int help_main(void) {
     for (size_t i = 0; i < command_table_count; i++) {
         char head[64];
         const command_info *command = &command_table[i];
-        const char *operands = command->operands;
-        snprintf(head, sizeof head, "  %s %.*s", command->name, (int)strcspn(operands, " "),
-                 operands);
+        const char *operands = command->operands, *rest = strstr(operands, " [");
+        size_t length = rest != NULL ? (size_t)(rest - operands) : strlen(operands);
+        snprintf(head, sizeof head, "  %s %.*s", command->name, (int)length, operands);
         printf("%-22s%s\n", head, command->summary);
     }
     char topics[512] = "topics: ";
@@ -124,8 +124,8 @@ int help_main(void) {
          "Pictures and text asked for go to standard output, everything else to standard\n"
          "error. A setting on the command line beats the scene's own, which beats the\n"
          "default; there is no configuration file.\n\n"
-         "Exit: 0 done, 1 some files failed, 2 wrong command line, 3 wrong input,\n"
-         "4 unsupported, 5 read/write, 6 memory ('snell help exit').\n"
+         "Exit: 0 done, 1 differs or some files failed, 2 wrong command line,\n"
+         "3 wrong input, 4 unsupported, 5 read/write, 6 memory ('snell help exit').\n"
          "Manual: man snell, man 5 snell-scene");
     return EXIT_DONE;
 }

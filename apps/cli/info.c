@@ -45,6 +45,19 @@ static void print_command(const json_t *tag, const char *picture) {
     fputs(strcmp(file, "-") == 0 ? " < SCENE\n" : "\n", stdout);
 }
 
+/* What no render does, on a line of its own. */
+static void print_conversion(const json_t *tag) {
+    const json_t *list = json_object_get(tag, "converted");
+    if (json_array_size(list) == 0) return;
+    fputs("and then snell convert with", stdout);
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const char *text = json_string_value(json_array_get(list, i));
+        fputc(' ', stdout);
+        text_print_shell(stdout, text != NULL ? text : "?");
+    }
+    fputc('\n', stdout);
+}
+
 static void print_picture(const char *path, const snell_picture_info *info) {
     text_print_safe(stdout, path);
     printf(": %s picture, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " channels of %" PRIu32 " bits\n",
@@ -65,6 +78,7 @@ static void print_picture(const char *path, const snell_picture_info *info) {
     bool partial = json_is_true(json_object_get(tag, "partial"));
     puts(partial ? ", stopped before it was done; the whole picture:" : " with");
     print_command(tag, path);
+    print_conversion(tag);
     json_decref(tag);
 }
 

@@ -17,6 +17,8 @@ static int dispatch(const options *o) {
     switch (o->command->bit) {
     case CMD_RENDER: return render_command(o);
     case CMD_INFO: return info_command(o);
+    case CMD_COMPARE: return compare_command(o);
+    case CMD_CONVERT: return convert_command(o);
     case CMD_EXAMPLE: return example_command(o);
     default: return help_command(o);
     }

@@ -13,6 +13,8 @@
 #define LIGHT "Light and ground, for files that bring none"
 #define RENDERING "Rendering"
 #define PROGRAMS "Scene programs"
+#define LIMITS "Limits; over any of them the exit code is 1"
+#define MEASURES "How it is measured"
 #define MACHINE "Machine"
 #define TEXTS "For packagers and scripts"
 #define COMMON "Every command takes"
@@ -21,13 +23,22 @@ const option_info option_table[] = {
     {OPT_OUTPUT, "output", 'o', "OUT", "{name}.png, here",
      ".png .exr .pfm .ppm; {name} is the input's name, '-' standard output", OUTPUT, CMD_RENDER, 0,
      "@file", false},
-    {OPT_FORMAT, "format", 0, "NAME", "png", "format for '-o -'", OUTPUT, CMD_RENDER, 0,
-     "png|exr|pfm|ppm", false},
+    {OPT_FORMAT, "format", 0, "NAME", "png", "format for standard output, '-'", OUTPUT,
+     CMD_RENDER | CMD_CONVERT, 0, "png|exr|pfm|ppm", false},
     {OPT_FORCE, "force", 0, NULL, NULL, "without -o: overwrite even a file snell did not make",
      OUTPUT, CMD_RENDER, 0, NULL, false},
     {OPT_STRIP, "strip", 0, NULL, NULL, "leave out the tag that tells how the picture was made",
-     OUTPUT, CMD_RENDER, 0, NULL, false},
+     OUTPUT, CMD_RENDER | CMD_CONVERT, 0, NULL, false},
+    {OPT_ERROR, "error", 0, "FILE", NULL,
+     "a picture of the errors; .exr and .pfm hold their numbers, .png and .ppm show them", OUTPUT,
+     CMD_COMPARE, 0, "@file", false},
+    {OPT_ERROR_MAP, "error-map", 0, "KIND", "flip",
+     "flip, in the colours of magma, or difference: absolute, by channel", OUTPUT, CMD_COMPARE, 0,
+     "flip|difference", false},
 
+    {OPT_LAYER, "layer", 0, "NAME", "its colours",
+     "of an EXR file, such as variance, or a channel, such as normal.X", PICTURE,
+     CMD_COMPARE | CMD_CONVERT, 0, NULL, false},
     {OPT_SIZE, "size", 's', "WxH", "scene, 800x600",
      "pixels; 640x or x480 keeps the shape, 50% scales", PICTURE, CMD_RENDER, OPTION_PICTURE, NULL,
      false},
@@ -36,10 +47,10 @@ const option_info option_table[] = {
     {OPT_CROP, "crop", 0, "WxH+X+Y", NULL, "only this part; its pixels equal the whole picture's",
      PICTURE, CMD_RENDER, OPTION_PICTURE, NULL, false},
     {OPT_EXPOSURE, "exposure", 0, "STOPS", "scene, 0", "twice as bright with each stop", PICTURE,
-     CMD_RENDER, OPTION_PICTURE, NULL, false},
+     CMD_RENDER | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE, NULL, false},
     {OPT_TONEMAP, "tonemap", 0, "NAME", "scene, clip; neutral for models",
-     "clip, reinhard or neutral", PICTURE, CMD_RENDER, OPTION_PICTURE, "clip|reinhard|neutral",
-     false},
+     "clip, reinhard or neutral", PICTURE, CMD_RENDER | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE,
+     "clip|reinhard|neutral", false},
     {OPT_BACKGROUND, "background", 0, "BG", "scene",
      "'transparent', or a colour: '#rrggbb', a name, or linear 'r,g,b'", PICTURE, CMD_RENDER,
      OPTION_PICTURE, "transparent|" TEXT_COLORS, true},
@@ -96,19 +107,39 @@ const option_info option_table[] = {
      "for standard input or a wrong extension", PROGRAMS, CMD_RENDER | CMD_INFO, OPTION_PICTURE,
      NULL, false},
 
+    {OPT_MAX_FLIP, "max-flip", 0, "X", NULL, "mean FLIP, 0 to 1", LIMITS, CMD_COMPARE, 0, NULL,
+     false},
+    {OPT_MAX_RMSE, "max-rmse", 0, "X", NULL, "root of the mean squared difference", LIMITS,
+     CMD_COMPARE, 0, NULL, false},
+    {OPT_MAX_REL_MSE, "max-rel-mse", 0, "X", NULL,
+     "mean of the squared difference over A squared plus 0.01", LIMITS, CMD_COMPARE, 0, NULL,
+     false},
+    {OPT_MIN_PSNR, "min-psnr", 0, "DB", NULL, "peak signal-to-noise ratio, the peak being 1",
+     LIMITS, CMD_COMPARE, 0, NULL, false},
+    {OPT_MAX_DIFFERENCE, "max-difference", 0, "X", NULL, "largest difference of any value", LIMITS,
+     CMD_COMPARE, 0, NULL, false},
+    {OPT_MAX_DIFFERING, "max-differing", 0, "N", NULL,
+     "pixels that differ, or a share such as 0.1%", LIMITS, CMD_COMPARE, 0, NULL, false},
+    {OPT_MAX_REJECTED, "max-rejected", 0, "N", NULL, "pixels that chance does not explain (z-test)",
+     LIMITS, CMD_COMPARE, 0, NULL, false},
+    {OPT_PPD, "ppd", 0, "N", "67.02", "pixels per degree as the viewer of FLIP sees them", MEASURES,
+     CMD_COMPARE, 0, NULL, false},
+    {OPT_VARIANCE_COUNT, "variance-count", 0, "N", "many",
+     "of how many values each variance is an estimate", MEASURES, CMD_COMPARE, 0, NULL, false},
+
     {OPT_THREADS, "threads", 't', "N", "the CPUs this process may use, cgroup limit included", "",
-     MACHINE, CMD_RENDER | CMD_INFO, 0, NULL, false},
+     MACHINE, CMD_RENDER | CMD_INFO | CMD_COMPARE, 0, NULL, false},
     {OPT_MEMORY, "memory", 0, "SIZE", NULL, "stop with exit 6 before using more, such as 8G",
-     MACHINE, CMD_RENDER | CMD_INFO, 0, NULL, false},
+     MACHINE, CMD_RENDER | CMD_INFO | CMD_COMPARE | CMD_CONVERT, 0, NULL, false},
     {OPT_ISA, "isa", 0, "NAME", "auto",
      "scalar, avx2, avx512: at most that; auto: what the CPU has; the picture is the same", MACHINE,
      CMD_RENDER | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
     {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
-     CMD_RENDER, 0, "auto|line|plain|json|none", false},
+     CMD_RENDER | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
 
     {OPT_MAN, "man", 0, "PAGE", NULL,
-     "a manual page in roff: snell, render, info, example, help or scene", TEXTS, CMD_HELP, 0,
-     "snell|render|info|example|help|scene", false},
+     "a manual page in roff: snell, render, info, compare, convert, example, help or scene", TEXTS,
+     CMD_HELP, 0, "snell|render|info|compare|convert|example|help|scene", false},
     {OPT_COMPLETION, "completion", 0, "SHELL", NULL, "a completion script: bash, zsh or fish",
      TEXTS, CMD_HELP, 0, "bash|zsh|fish", false},
     {OPT_LIST, "options", 0, NULL, NULL, "every option of every command, one a line", TEXTS,
@@ -150,6 +181,34 @@ const command_info command_table[] = {
      "Of a model or scene: format, counts, bounds, cameras, lights, materials, the values that it "
      "takes from -D. Of a picture: its size, and the command that makes it again.",
      NULL, "snell info duck.glb\nsnell info duck.png\nsnell info balls.lua --json"},
+    {CMD_COMPARE, "compare", "A B", "how far apart are two pictures",
+     "say how far two pictures are apart\n"
+     "A is the reference. Without a limit every difference counts: exit 0 says equal, 1 different. "
+     "Files for screens (PNG, JPEG, PPM) are compared as shown, by their sRGB values from 0 to 1, "
+     "and "
+     "two of floats (EXR, PFM, HDR) in linear light. A file of floats is first shown where the "
+     "other "
+     "is for screens, and both with --exposure or --tonemap. FLIP says how much somebody sees who "
+     "flips between the two, from 0 to 1; in linear light it is HDR-FLIP.",
+     "Where an EXR has a layer 'variance' (of each pixel's mean), each difference is also held "
+     "against "
+     "what chance explains: 5 % of all values should be beyond the 5 % level, and in 99 of 100 "
+     "comparisons no pixel rejected. --variance-count 4 says that each variance comes from 4 "
+     "values.",
+     "snell compare reference.png new.png\n"
+     "snell compare reference.exr new.exr --max-flip 0.01 --error difference.png\n"
+     "snell compare -q a.png b.png && echo equal\n"
+     "snell compare long.exr short.exr --max-rejected 0\n"
+     "snell compare a.png b.png --json | jq .rmse"},
+    {CMD_CONVERT, "convert", "A B", "change format, exposure or tone map; no new rendering",
+     "change a picture's format, exposure or tone map\n"
+     "A is PNG, JPEG, PPM, EXR, PFM or HDR, B a .png, .exr, .pfm or .ppm; '-' is standard input or "
+     "output. Nothing is rendered. From floats to 8 bits the picture is exposed and mapped as its "
+     "scene asks, if snell made it. Its tag is kept: 'snell info B' says how to make it again.",
+     "B is the old file or the complete new one, never half written.",
+     "snell convert glass.exr glass.png --exposure 1.5 --tonemap neutral\n"
+     "snell convert render.exr depth.png --layer depth --exposure -3\n"
+     "snell render my.lua -o - --format exr | snell convert - my.png"},
     {CMD_EXAMPLE, "example", "[NAME]", "print a scene to start from; without NAME, list them",
      "print a scene to start from\n"
      "Each is a short Lua program with comments; without NAME, they are listed.",

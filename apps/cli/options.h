@@ -11,6 +11,9 @@ typedef enum option_id {
     OPT_FORMAT,
     OPT_FORCE,
     OPT_STRIP,
+    OPT_ERROR,
+    OPT_ERROR_MAP,
+    OPT_LAYER,
     OPT_SIZE,
     OPT_CROP,
     OPT_EXPOSURE,
@@ -34,6 +37,15 @@ typedef enum option_id {
     OPT_SET,
     OPT_ALLOW,
     OPT_INPUT_FORMAT,
+    OPT_MAX_FLIP,
+    OPT_MAX_RMSE,
+    OPT_MAX_REL_MSE,
+    OPT_MIN_PSNR,
+    OPT_MAX_DIFFERENCE,
+    OPT_MAX_DIFFERING,
+    OPT_MAX_REJECTED,
+    OPT_PPD,
+    OPT_VARIANCE_COUNT,
     OPT_THREADS,
     OPT_MEMORY,
     OPT_ISA,
@@ -51,7 +63,15 @@ typedef enum option_id {
     OPT_COUNT
 } option_id;
 
-enum command_bits { CMD_RENDER = 1, CMD_INFO = 2, CMD_EXAMPLE = 4, CMD_HELP = 8, CMD_ALL = 15 };
+enum command_bits {
+    CMD_RENDER = 1,
+    CMD_INFO = 2,
+    CMD_EXAMPLE = 4,
+    CMD_HELP = 8,
+    CMD_COMPARE = 16,
+    CMD_CONVERT = 32,
+    CMD_ALL = 63
+};
 
 enum option_flags {
     OPTION_HIDDEN = 1,         /* an alias: works, but no text mentions it */

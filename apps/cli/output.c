@@ -94,7 +94,7 @@ static const char *path_extension(const char *path) {
     return dot != NULL && dot != name ? dot + 1 : "";
 }
 
-static int check_format(const char *extension, const char *path) {
+static int check_format(const char *label, const char *extension, const char *path) {
     static const char *const known[] = {"png", "exr", "pfm", "ppm"};
     const char *missing = "";
     struct stat info;
@@ -109,10 +109,11 @@ static int check_format(const char *extension, const char *path) {
     bool folder = *path == '\0' || path[strlen(path) - 1] == '/' ||
                   (stat(path, &info) == 0 && S_ISDIR(info.st_mode));
     if (folder) {
-        return report_usage("such as -o 'folder/{name}.png'", "-o: '%s' is a folder", path);
+        return report_usage(*label == '-' ? "such as -o 'folder/{name}.png'" : NULL,
+                            "%s'%s' is a folder", label, path);
     }
     return report_usage("the extension says how it is written: .png, .exr, .pfm or .ppm",
-                        "-o: '%s' is no kind of picture that snell writes", path);
+                        "%s'%s' is no kind of picture that snell writes", label, path);
 }
 
 /* Makes a file and removes it: permissions alone do not tell, as root and on read-only or virtual
@@ -151,7 +152,7 @@ static int check_folder(const char *path) {
     } else if (!S_ISDIR(info.st_mode)) {
         code = report_error(EXIT_IO, NULL, "%s: '%s' is no folder", path, folder);
     } else if (!can_write_in(folder)) {
-        code = report_error(EXIT_IO, "-o names another place", "%s: cannot write in %s: %s", path,
+        code = report_error(EXIT_IO, "name another place", "%s: cannot write in %s: %s", path,
                             strcmp(folder, ".") == 0 ? "this folder" : folder, strerror(errno));
     } else if (stat(path, &info) == 0 && !S_ISREG(info.st_mode)) {
         code = report_error(EXIT_IO, NULL, "%s is there already, and is no ordinary file", path);
@@ -177,18 +178,34 @@ static int check_owner(const output *out, const char *path) {
                         "%s is there already, and snell did not make it", path);
 }
 
-static int plan_standard(output *out, const options *o) {
+static int plan_standard(output *out, const options *o, const char *label) {
     out->format = o->value[OPT_FORMAT] != NULL ? o->value[OPT_FORMAT] : "png";
     if (report_json()) {
-        return report_usage(NULL, "-o - and --json both want standard output");
+        return report_usage(NULL, "%sthe picture and --json both want standard output", label);
     }
     if (isatty(STDOUT_FILENO)) {
-        return report_usage("redirect it: snell ... -o - > picture.png",
-                            "-o -: standard output is a terminal");
+        return report_usage("redirect it: snell ... > picture.png",
+                            "%sstandard output is a terminal", label);
     }
     char name[16];
     snprintf(name, sizeof name, "-.%s", out->format);
-    return check_format(out->format, name);
+    return check_format(label, out->format, name);
+}
+
+static int plan_file(output *out, const options *o, const char *label) {
+    if (out->path == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
+    if (is_standard(out)) return plan_standard(out, o, label);
+    if (o->value[OPT_FORMAT] != NULL) {
+        return report_usage("with a file the extension of -o, or of B, says it",
+                            "--format is for standard output, '-'");
+    }
+    int code = check_format(label, path_extension(out->path), out->path);
+    return code == EXIT_DONE ? check_folder(out->path) : code;
+}
+
+int output_plan_path(output *out, const options *o, const char *label, const char *path) {
+    *out = (output){.path = strdup(path), .given = path};
+    return plan_file(out, o, label);
 }
 
 int output_plan(output *out, const options *o, const char *input, uint32_t frame) {
@@ -196,15 +213,8 @@ int output_plan(output *out, const options *o, const char *input, uint32_t frame
     out->path = expand_name(out->given != NULL ? out->given : "{name}.png", input);
     if (out->path != NULL && frame > 0 && !is_standard(out))
         out->path = expand_number(out->path, frame);
-    if (out->path == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
-    if (is_standard(out)) return plan_standard(out, o);
-    if (o->value[OPT_FORMAT] != NULL) {
-        return report_usage("with a file the extension of -o says it",
-                            "--format is for standard output, '-o -'");
-    }
-    int code = check_format(path_extension(out->path), out->path);
-    if (code == EXIT_DONE) code = check_folder(out->path);
-    if (code == EXIT_DONE) code = check_owner(out, out->path);
+    int code = plan_file(out, o, "-o: ");
+    if (code == EXIT_DONE && !is_standard(out)) code = check_owner(out, out->path);
     return code;
 }
 

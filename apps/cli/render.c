@@ -278,7 +278,7 @@ static int write_picture(job *j, bool partial) {
     snell_image_desc image = image_settings(j);
     char *tag = NULL;
     if (j->options->value[OPT_STRIP] == NULL) {
-        tag = tag_make(j->options, j->input, &j->desc, j->session->frame, partial);
+        tag = tag_make(j->options, j->input, &j->desc, j->film, j->session->frame, partial);
         if (tag == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
     }
     image.tag = tag;

@@ -120,7 +120,7 @@ int session_open(session *s, const options *o) {
     return status == SNELL_OK ? EXIT_DONE : report_status(status, NULL);
 }
 
-static void remove_spool(session *s) {
+void session_end_input(session *s) {
     report_alias(NULL, NULL);
     if (s->spool_file != NULL) unlink(s->spool_file);
     if (s->spool_folder != NULL) rmdir(s->spool_folder);
@@ -130,7 +130,7 @@ static void remove_spool(session *s) {
 }
 
 void session_close(session *s) {
-    remove_spool(s);
+    session_end_input(s);
     snell_context_destroy(s->context);
     s->context = NULL;
 }
@@ -228,20 +228,24 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
     return code == EXIT_DONE && s->frame > 0 ? check_has_frames(scene, path) : code;
 }
 
+int session_input(session *s, const char *path, const char **real) {
+    *real = path;
+    if (strcmp(path, "-") != 0) return EXIT_DONE;
+    int code = spool_input(s);
+    *real = s->spool_file;
+    report_alias(s->spool_file, session_label(path));
+    return code;
+}
+
 int session_load(session *s, const char *path, snell_scene **out) {
-    const char *real = path;
-    int code = EXIT_DONE;
+    const char *real;
     *out = NULL;
-    if (strcmp(path, "-") == 0) {
-        code = spool_input(s);
-        real = s->spool_file;
-        report_alias(s->spool_file, session_label(path));
-    }
+    int code = session_input(s, path, &real);
     if (code == EXIT_DONE) {
         snell_status status = snell_scene_create(s->context, out);
         code = status == SNELL_OK ? load_into(s, *out, real) : report_status(status, path);
     }
-    remove_spool(s);
+    session_end_input(s);
     if (code != EXIT_DONE) {
         snell_scene_destroy(*out);
         *out = NULL;

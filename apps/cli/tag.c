@@ -19,7 +19,7 @@ static void append(json_t *list, const char *name, const char *value) {
 
 /* What the picture was made with, whether the command line or the scene said it. */
 static void append_settings(json_t *list, const options *o, const snell_render_desc *desc,
-                            uint32_t frame) {
+                            const snell_film *film, uint32_t frame) {
     char text[32];
     append(list, "integrator", integrator_name(desc->integrator));
     snprintf(text, sizeof text, "%" PRIu32 "x%" PRIu32, desc->width, desc->height);
@@ -37,17 +37,23 @@ static void append_settings(json_t *list, const options *o, const snell_render_d
     append(list, "seed", text);
     snprintf(text, sizeof text, "%" PRIu32, frame);
     if (frame > 0) append(list, "frame", text);
+    float exposure;
+    const char *tonemap = snell_film_look(film, &exposure);
+    text_format_float(exposure, text);
+    append(list, "exposure", o->value[OPT_EXPOSURE] != NULL ? o->value[OPT_EXPOSURE] : text);
+    append(list, "tonemap", o->value[OPT_TONEMAP] != NULL ? o->value[OPT_TONEMAP] : tonemap);
 }
 
 static bool is_setting(option_id id) {
     return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_MAX_DEPTH ||
-           id == OPT_MIN_WEIGHT || id == OPT_SEED || id == OPT_FRAME;
+           id == OPT_MIN_WEIGHT || id == OPT_SEED || id == OPT_FRAME || id == OPT_EXPOSURE ||
+           id == OPT_TONEMAP;
 }
 
-char *tag_make(const options *o, const char *file, const snell_render_desc *desc, uint32_t frame,
-               bool partial) {
+char *tag_make(const options *o, const char *file, const snell_render_desc *desc,
+               const snell_film *film, uint32_t frame, bool partial) {
     json_t *tag = json_object(), *list = json_array();
-    append_settings(list, o, desc, frame);
+    append_settings(list, o, desc, film, frame);
     for (size_t i = 0; i < option_table_count; i++) {
         const option_info *info = &option_table[i];
         if ((info->flags & OPTION_PICTURE) == 0 || (info->flags & OPTION_HIDDEN) != 0) continue;
@@ -87,4 +93,56 @@ json_t *tag_read(const char *tag) {
     if (fine) return root;
     json_decref(root);
     return NULL;
+}
+
+/* The place of the option's value in an item such as "--seed=5"; NULL when it is another. */
+static const char *value_in(const json_t *item, const char *name) {
+    const char *text = json_string_value(item);
+    size_t length = strlen(name);
+    if (text == NULL || strncmp(text, "--", 2) != 0) return NULL;
+    bool same = strncmp(text + 2, name, length) == 0 && text[2 + length] == '=';
+    return same ? text + 2 + length + 1 : NULL;
+}
+
+const char *tag_option(const json_t *tag, const char *name) {
+    const json_t *list = json_object_get(tag, "options");
+    for (size_t i = json_array_size(list); i > 0; i--) {
+        const char *value = value_in(json_array_get(list, i - 1), name);
+        if (value != NULL) return value;
+    }
+    return NULL;
+}
+
+static void replace(json_t *list, const char *name, const char *value) {
+    for (size_t i = json_array_size(list); i > 0; i--) {
+        if (value_in(json_array_get(list, i - 1), name) != NULL) json_array_remove(list, i - 1);
+    }
+    append(list, name, value);
+}
+
+char *tag_convert(const char *text, const options *o, bool linear) {
+    static const option_id ids[] = {OPT_LAYER, OPT_EXPOSURE, OPT_TONEMAP};
+    static const char *const names[] = {"layer", "exposure", "tonemap"};
+    json_t *tag = tag_read(text);
+    if (tag == NULL) return strdup(text);
+    json_t *list = json_object_get(tag, "options");
+    json_t *converted = json_incref(json_object_get(tag, "converted"));
+    if (!json_is_array(converted)) {
+        json_decref(converted);
+        converted = json_array();
+    }
+    bool plain = linear && o->value[OPT_LAYER] == NULL;
+    for (size_t i = 0; i < sizeof ids / sizeof ids[0]; i++) {
+        const char *value = o->value[ids[i]];
+        if (value == NULL) continue;
+        if (plain && ids[i] != OPT_LAYER)
+            replace(list, names[i], value);
+        else
+            append(converted, names[i], value);
+    }
+    if (json_array_size(converted) > 0) json_object_set(tag, "converted", converted);
+    json_decref(converted);
+    char *made = json_dumps(tag, JSON_COMPACT);
+    json_decref(tag);
+    return made;
 }

@@ -334,7 +334,7 @@ static const char tonemaps_text[] =
 
 static const char exit_text[] =
     "  0   done\n"
-    "  1   some of several files failed\n"
+    "  1   the pictures differ; or some of several files failed\n"
     "  2   wrong command line\n"
     "  3   wrong input: a file's content, or what a scene program asks for\n"
     "  4   unsupported: understood, but this version or build cannot do it\n"

@@ -133,19 +133,23 @@ static int read_ground(const char *text, render_values *v) {
     return bad_color("ground", text, TEXT_COLORS);
 }
 
-/* A whole number, a decimal number: the error names the option and the range. */
-static int read_whole(const options *o, option_id id, const char *name, uint64_t min, uint64_t max,
+int values_read_whole(const options *o, option_id id, const char *name, uint64_t min, uint64_t max,
                       uint64_t *out) {
-    if (text_uint(o->value[id], min, max, out)) return EXIT_DONE;
+    if (o->value[id] == NULL || text_uint(o->value[id], min, max, out)) return EXIT_DONE;
     return report_usage(NULL, "--%s: '%s' is not a whole number from %llu to %llu", name,
                         o->value[id], (unsigned long long)min, (unsigned long long)max);
 }
 
-static int read_decimal(const options *o, option_id id, const char *name, double min, double max,
+int values_read_decimal(const options *o, option_id id, const char *name, double min, double max,
                         double *out) {
-    if (text_number(o->value[id], out) && *out >= min && *out <= max) return EXIT_DONE;
-    return report_usage(NULL, "--%s: '%s' is not a number from %g to %g", name, o->value[id], min,
-                        max);
+    double number;
+    if (o->value[id] == NULL) return EXIT_DONE;
+    if (!text_number(o->value[id], &number) || number < min || number > max) {
+        return report_usage(NULL, "--%s: '%s' is not a number from %g to %g", name, o->value[id],
+                            min, max);
+    }
+    *out = number;
+    return EXIT_DONE;
 }
 
 static int read_picture(const options *o, render_values *v) {
@@ -154,7 +158,7 @@ static int read_picture(const options *o, render_values *v) {
     if (o->value[OPT_SIZE] != NULL) code = read_size(o->value[OPT_SIZE], v);
     if (code == EXIT_DONE && o->value[OPT_CROP] != NULL) code = read_crop(o->value[OPT_CROP], v);
     if (code == EXIT_DONE && o->value[OPT_EXPOSURE] != NULL) {
-        code = read_decimal(o, OPT_EXPOSURE, "exposure", -50, 50, &number);
+        code = values_read_decimal(o, OPT_EXPOSURE, "exposure", -50, 50, &number);
         v->exposure = (float)number;
         v->has_exposure = true;
     }
@@ -163,7 +167,7 @@ static int read_picture(const options *o, render_values *v) {
     }
     if (code == EXIT_DONE && o->value[OPT_VIEW] != NULL) code = read_view(o->value[OPT_VIEW], v);
     if (code == EXIT_DONE && o->value[OPT_FOV] != NULL) {
-        code = read_decimal(o, OPT_FOV, "fov", 0.01, 179, &number);
+        code = values_read_decimal(o, OPT_FOV, "fov", 0.01, 179, &number);
         v->fov = (float)(number * pi / 180);
     }
     if (code == EXIT_DONE && o->value[OPT_GROUND] != NULL) {
@@ -183,21 +187,21 @@ static int read_rendering(const options *o, render_values *v) {
         if (strcmp(integrator, integrator_name((snell_integrator)i)) == 0)
             v->integrator = (snell_integrator)i;
     if (o->value[OPT_SAMPLES] != NULL) {
-        code = read_whole(o, OPT_SAMPLES, "samples", 1, SAMPLES_MAX, &whole);
+        code = values_read_whole(o, OPT_SAMPLES, "samples", 1, SAMPLES_MAX, &whole);
         v->samples = (uint32_t)whole;
     }
     if (code == EXIT_DONE && o->value[OPT_MAX_DEPTH] != NULL) {
-        code = read_whole(o, OPT_MAX_DEPTH, "max-depth", 0, DEPTH_MAX, &whole);
+        code = values_read_whole(o, OPT_MAX_DEPTH, "max-depth", 0, DEPTH_MAX, &whole);
         v->max_depth = (uint32_t)whole;
         v->has_max_depth = true;
     }
     if (code == EXIT_DONE && o->value[OPT_MIN_WEIGHT] != NULL) {
-        code = read_decimal(o, OPT_MIN_WEIGHT, "min-weight", 0, 1, &number);
+        code = values_read_decimal(o, OPT_MIN_WEIGHT, "min-weight", 0, 1, &number);
         v->min_weight = (float)number;
         v->has_min_weight = true;
     }
     if (code == EXIT_DONE && o->value[OPT_SEED] != NULL) {
-        code = read_whole(o, OPT_SEED, "seed", 0, INT64_MAX, &v->seed);
+        code = values_read_whole(o, OPT_SEED, "seed", 0, INT64_MAX, &v->seed);
         v->has_seed = true;
     }
     return code;
@@ -240,7 +244,7 @@ static int read_filter(const options *o, render_values *v) {
     for (int i = 0; i < 4 && name != NULL; i++)
         if (strcmp(name, names[i]) == 0) v->filter = (snell_filter)i;
     if (o->value[OPT_FILTER_RADIUS] == NULL) return EXIT_DONE;
-    int code = read_decimal(o, OPT_FILTER_RADIUS, "filter-radius", 0.01, 16, &number);
+    int code = values_read_decimal(o, OPT_FILTER_RADIUS, "filter-radius", 0.01, 16, &number);
     v->filter_radius = (float)number;
     return code;
 }

@@ -42,6 +42,11 @@ enum { FRAME_MAX = 1000000 };
 /* The frames that --frame or --frames asks for; 0 and 0 for none. */
 int values_read_frames(const options *o, uint32_t *first, uint32_t *last);
 int values_read(const options *o, render_values *out); /* exit code */
+/* An option's number, if it was given: exit code, an error names option and range. */
+int values_read_decimal(const options *o, option_id id, const char *name, double min, double max,
+                        double *out);
+int values_read_whole(const options *o, option_id id, const char *name, uint64_t min, uint64_t max,
+                      uint64_t *out);
 const char *integrator_name(snell_integrator integrator);
 
 #endif

@@ -607,6 +607,9 @@ SNELL_API snell_status snell_film_get_stats(
  * top first; borrowed until the next render or destroy. */
 SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width, uint32_t *height,
                                          uint32_t *channels);
+/* The tone map, and into *exposure (may be NULL) the exposure in stops, that a film is written with when
+ * nobody says otherwise: what its scene asks for. A static string. */
+SNELL_API const char *snell_film_look(const snell_film *film, float *exposure);
 SNELL_API uint64_t snell_film_hash(const snell_film *film); /* the image hash: of size, channels and
                                                                every bit of the linear film */
 /* By extension: .png (8 bit sRGB) .exr (32-bit linear) .pfm (linear) .ppm (8 bit sRGB). The file is
@@ -651,10 +654,13 @@ static inline snell_film_read_desc snell_film_read_desc_init(size_t struct_size)
 /* A picture from a file, by its content: PNG, JPEG, PPM and PGM (8 or 16 bits, taken as sRGB), OpenEXR
  * in scan lines, PFM, Radiance HDR (linear). Sides to 65536, at most 2^26 pixels. The pixels are as
  * snell_film_pixels says, alpha premultiplied; of linear files as they are, also negative, infinite and
- * NaN. Of a film for screens, exposure 0 and tone map "clip" give the file's values again. The film's
+ * NaN. Of a file for screens, exposure 0 and tone map "clip" give the file's values again. The film's
  * context must still be there, and hears warnings. On failure the film is as before. */
 SNELL_API snell_status snell_film_read(snell_film *film, const char *path,
                                        const snell_film_read_desc *desc); /* desc may be NULL */
+/* The bits of a channel in a file for screens, 8 or 16, that was decoded to linear light; 0: the light is
+ * the file's own, or rendered. */
+SNELL_API uint32_t snell_film_encoded_bits(const snell_film *film);
 /* What snell_film_read_desc.layer could have been: names of the file that was read; NULL at the end.
  * Lives until the film changes. */
 SNELL_API const char *snell_film_layer(const snell_film *film, uint32_t index);
@@ -697,11 +703,11 @@ static inline snell_compare_desc snell_compare_desc_init(size_t struct_size) {
 typedef struct snell_comparison {
     size_t struct_size;
     uint32_t width, height;
-    bool linear;         /* in linear light; false: as shown */
-    uint64_t differing;  /* pixels with any channel, alpha too, that is not the same number */
-    uint64_t not_finite; /* pixels with NaN or infinity in either: what follows leaves them out */
-    double largest; /* absolute difference of a value, alpha too; and the first pixel that has it */
-    uint32_t largest_x, largest_y;
+    bool linear;           /* in linear light; false: as shown */
+    uint64_t differing;    /* pixels with any channel, alpha too, that is not the same number */
+    uint64_t not_finite;   /* pixels with NaN or infinity in either: what follows leaves them out */
+    double difference_max; /* absolute, of a value, alpha too; and the first pixel that has it */
+    uint32_t difference_x, difference_y;
     /* Over the colours of all pixels, and alpha where any is not 1. rel_mse: the mean of
      * (picture - reference)^2 / (reference^2 + 0.01) (Rousselle, Knaus, Zwicker, SIGGRAPH Asia 2011).
      * psnr: decibels against 1; infinite without a difference. */
@@ -715,7 +721,7 @@ typedef struct snell_comparison {
     uint64_t z_values; /* tested; 0: no variance was given, or not in linear light */
     uint64_t z_beyond; /* of these, beyond the 5 % level */
     uint64_t z_rejected;
-    double z_largest; /* and the first pixel that has it; can be infinite */
+    double z_max; /* and the first pixel that has it; can be infinite */
     uint32_t z_x, z_y;
 } snell_comparison;
 /* Two pictures of one size (else SNELL_ERR_ARGUMENT), which may be the same film. Bits do not depend on

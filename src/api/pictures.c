@@ -75,6 +75,8 @@ snell_status snell_film_read(snell_film *f, const char *path, const snell_film_r
     return read_into(f, path, desc);
 }
 
+uint32_t snell_film_encoded_bits(const snell_film *f) { return f ? f->film.encoded_bits : 0; }
+
 const char *snell_film_layer(const snell_film *f, uint32_t index) {
     const char *at = f ? f->layers : NULL;
     for (; at && *at; at += strlen(at) + 1)

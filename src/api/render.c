@@ -326,6 +326,14 @@ const float *snell_film_pixels(const snell_film *f, uint32_t *width, uint32_t *h
     return f->film.pixels;
 }
 
+const char *snell_film_look(const snell_film *f, float *exposure) {
+    char word[32];
+    const tonemap *map;
+    choice_word(TONEMAP_CHOICES, f && f->tonemap ? f->tonemap : 1, word, sizeof word);
+    if (exposure) *exposure = f ? f->exposure : 0;
+    return tonemap_find(word, &map) ? tonemaps[0]->name : map->name;
+}
+
 uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) : 0; }
 
 /* ---- pictures ---- */
@@ -339,13 +347,11 @@ static snell_status image_settings(const snell_film *f, const snell_image_desc *
         return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
     if (desc && desc->exposure_set && !(desc->exposure >= -50 && desc->exposure <= 50))
         return error_set(SNELL_ERR_ARGUMENT, NULL, "the exposure is not a number from -50 to 50");
-    char word[32];
-    choice_word(TONEMAP_CHOICES, f->tonemap, word, sizeof word);
     bool named = desc && desc->tonemap;
     *out = (image_options){.exposure =
                                (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
                            .tag = desc ? desc->tag : NULL};
-    return tonemap_find(named ? desc->tonemap : word, &out->map);
+    return tonemap_find(named ? desc->tonemap : snell_film_look(f, NULL), &out->map);
 }
 
 static snell_status encode(const snell_film *f, const image_codec *codec,

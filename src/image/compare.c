@@ -90,9 +90,9 @@ double student_quantile(double p, uint32_t freedom) {
 enum { FREEDOM_MAX = 200 }; /* from there on the normal distribution will do */
 
 typedef struct row_sums {
-    double squares, relative, alpha_squares, alpha_relative, largest, z_largest;
+    double squares, relative, alpha_squares, alpha_relative, difference_max, z_max;
     uint64_t differing, not_finite, z_values, z_beyond, z_rejected;
-    uint32_t largest_x, z_x;
+    uint32_t difference_x, z_x;
     bool transparent;
 } row_sums;
 
@@ -144,7 +144,7 @@ static void test_pixel(const compare_job *j, size_t index, uint32_t x, const pix
         s->z_values++;
         s->z_beyond += z > j->z_limits[n];
         rejected |= z > j->z_rejects[n];
-        if (z > s->z_largest) s->z_largest = z, s->z_x = x;
+        if (z > s->z_max) s->z_max = z, s->z_x = x;
     }
     s->z_rejected += rejected;
 }
@@ -156,7 +156,7 @@ static void add_pixel(const pixel p[2], uint32_t x, row_sums *s) {
         *(c < 3 ? &s->squares : &s->alpha_squares) += square;
         *(c < 3 ? &s->relative : &s->alpha_relative) += square / (a * a + 0.01);
         if (d != 0) differs = true;
-        if (fabs(d) > s->largest) s->largest = fabs(d), s->largest_x = x;
+        if (fabs(d) > s->difference_max) s->difference_max = fabs(d), s->difference_x = x;
     }
     s->differing += differs;
     if (p[0].alpha != 1 || p[1].alpha != 1) s->transparent = true;
@@ -202,10 +202,10 @@ static void sum_all(const compare_job *j, snell_comparison *out) {
         out->differing += s->differing, out->not_finite += s->not_finite;
         out->z_values += s->z_values, out->z_beyond += s->z_beyond;
         out->z_rejected += s->z_rejected;
-        if (s->largest > out->largest)
-            out->largest = s->largest, out->largest_x = s->largest_x, out->largest_y = y;
-        if (s->z_largest > out->z_largest)
-            out->z_largest = s->z_largest, out->z_x = s->z_x, out->z_y = y;
+        if (s->difference_max > out->difference_max)
+            out->difference_max = s->difference_max, out->difference_x = s->difference_x, out->difference_y = y;
+        if (s->z_max > out->z_max)
+            out->z_max = s->z_max, out->z_x = s->z_x, out->z_y = y;
     }
     if (all.transparent) all.squares += all.alpha_squares, all.relative += all.alpha_relative;
     double values =
@@ -294,7 +294,7 @@ static snell_status compare(compare_job *j, thread_pool *pool, float *map, snell
     if (atomic_load(&j->stop)) return error_set(SNELL_CANCELLED, NULL, "cancelled");
     sum_all(j, out);
     snell_status status = SNELL_OK;
-    if (out->largest > 0) status = compute_flip(j, pool, map, out);
+    if (out->difference_max > 0) status = compute_flip(j, pool, map, out);
     return status ? status : draw_errors(j, map, out);
 }
 
