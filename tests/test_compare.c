@@ -821,7 +821,7 @@ static void chance_is_not_found_guilty(void **state) {
     }
     /* ten deviations are found at every pixel, where the variances are known well */
     snell_comparison c = compare_noise(400, 3 / sqrt(400), false);
-    assert_true(c.z_rejected > SIDE * SIDE * 0.99 && c.z_max > 10);
+    assert_true(c.z_rejected > (uint64_t)(SIDE * SIDE * 0.99) && c.z_max > 10);
 }
 
 static void what_has_no_variance_must_be_equal(void **state) {

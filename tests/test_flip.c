@@ -83,7 +83,7 @@ static thread_pool *pool;
 
 static int set_up(void **state) {
     (void)state;
-    return thread_pool_create(3, &pool);
+    return thread_pool_create(3, &pool) == SNELL_OK ? 0 : -1;
 }
 
 static int tear_down(void **state) {
