@@ -805,7 +805,7 @@ static void chance_is_not_found_guilty(void **state) {
                 {4, true, 0.030, 0.053},
                 {2, false, 0.047, 0.053},
                 {16, true, 0.045, 0.053},
-                {400, false, 0.047, 0.055}};
+                {150, false, 0.047, 0.055}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         snell_comparison c = compare_noise(rows[i].count, 0, rows[i].both);
         double share = (double)c.z_beyond / (double)c.z_values;
@@ -820,7 +820,7 @@ static void chance_is_not_found_guilty(void **state) {
         assert_true(biased > 1.3 * share);
     }
     /* ten deviations are found at every pixel, where the variances are known well */
-    snell_comparison c = compare_noise(400, 3 / sqrt(400), false);
+    snell_comparison c = compare_noise(150, 3 / sqrt(150), false);
     assert_true(c.z_rejected > (uint64_t)(SIDE * SIDE * 0.99) && c.z_max > 10);
 }
 
