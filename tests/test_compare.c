@@ -431,6 +431,27 @@ static void missing_layers_are_named(void **state) {
     snell_film_destroy(f);
 }
 
+static void what_openexr_cannot_do_is_said(void **state) {
+    (void)state;
+    image_pixels pixels = make_values(3);
+    memset(values, 0, sizeof values); /* what does not compress is stored as it is */
+    const image_codec *codec;
+    void *data;
+    size_t size;
+    assert_int_equal(image_codec_find("exr", &codec), SNELL_OK);
+    assert_int_equal(image_encode(codec, &pixels, NULL, &data, &size), SNELL_OK);
+    static const char attribute[] = "compression\0compression\0\1\0\0";
+    uint8_t *at = memmem(data, size, attribute, sizeof attribute);
+    assert_non_null(at);
+    at[sizeof attribute] = EXR_COMPRESSION_DWAA;
+    write_file("dwa.exr", data, size);
+    free(data);
+    snell_film *f = new_film();
+    assert_int_equal(read_layer(f, "dwa.exr", NULL), SNELL_ERR_UNSUPPORTED);
+    assert_non_null(strstr(snell_last_error()->hint, "ZIP"));
+    snell_film_destroy(f);
+}
+
 #endif
 
 /* ---- files from anybody ---- */
@@ -920,6 +941,7 @@ int main(void) {
 #if SNELL_HAS_OPENEXR
         cmocka_unit_test(layers_are_found_by_name),
         cmocka_unit_test(missing_layers_are_named),
+        cmocka_unit_test(what_openexr_cannot_do_is_said),
 #endif
         cmocka_unit_test(bad_files_are_refused),
         cmocka_unit_test(blocks_are_checked_again),

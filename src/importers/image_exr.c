@@ -1,4 +1,5 @@
-/* OpenEXR, by OpenEXRCore: the channels of one layer, in rows, of any compression and sample type. */
+/* OpenEXR, by OpenEXRCore: the channels of one layer, in rows, of any sample type and compression but DWA,
+ * which the core of 3.1 lacks. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -213,8 +214,8 @@ typedef struct exr_job {
     exr_context_t file;
     exr_selection selection;
     exr_decode_pipeline_t decode;
-    bool started;
-    float *rows; /* of one chunk: the places one after the other, each of all its pixels */
+    bool started, lacks; /* lacks: the compression */
+    float *rows;         /* of one chunk: the places one after the other, each of all its pixels */
 } exr_job;
 
 /* Each channel to pixels of its own: OpenEXRCore 3.1 exchanges the channels of R G B A in 16 bits where
@@ -248,7 +249,9 @@ static bool read_chunk(exr_job *job, const exr_chunk_info_t *chunk, float *to) {
     job->started = true;
     if (!aim_channels(job, chunk)) return false;
     if (first && exr_decoding_choose_default_routines(job->file, part, &job->decode)) return false;
-    if (exr_decoding_run(job->file, part, &job->decode)) return false;
+    exr_result_t failed = exr_decoding_run(job->file, part, &job->decode);
+    job->lacks = failed == EXR_ERR_FEATURE_NOT_IMPLEMENTED;
+    if (failed) return false;
     size_t count = (size_t)chunk->width * (size_t)chunk->height;
     for (size_t i = 0; i < count; i++)
         for (size_t place = 0; place < 4; place++)
@@ -302,7 +305,11 @@ static snell_status read_part(exr_job *job, size_t size_max, decoded_image *out)
         return error_set(SNELL_ERR_SYNTAX, NULL, "a broken OpenEXR image");
     job->rows = memory_resize(NULL, (size_t)out->width * (size_t)step, 4 * sizeof(float));
     if (job->rows == NULL) return error_no_memory();
-    if (!read_chunks(job, &window, step, out))
+    bool done = read_chunks(job, &window, step, out);
+    if (job->lacks)
+        return error_set(SNELL_ERR_UNSUPPORTED, "save it with another, such as ZIP or PIZ",
+                         "an OpenEXR image whose compression cannot be read");
+    if (!done)
         return error_set(SNELL_ERR_SYNTAX, NULL,
                          "an OpenEXR image that is broken, or whose channels are not all as fine");
     complete(&job->selection, out);
