@@ -86,8 +86,8 @@ static bool is_over(const limit *l) {
     return l->least ? !(l->found >= l->bound) : !(l->found <= l->bound);
 }
 
-/* Without a limit no pixel may differ. With one, pixels that are no numbers are over it: their error is
- * not known. */
+/* Without a limit no pixel may differ. With one, pixels that are no numbers are over it: their
+ * error is not known. */
 static int judge(job *j) {
     limit limits[LIMIT_COUNT];
     bool any = false;

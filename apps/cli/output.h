@@ -16,7 +16,7 @@ typedef struct output {
 /* Names the picture of `input`, and checks before any work that it can be written. frame: 0, or the
  * number that --frames puts into the name. Exit code. */
 int output_plan(output *out, const options *o, const char *input, uint32_t frame);
-/* The same for a path that was given, not made from a name; `label` begins messages ("--error: "). */
+/* The same for a path as it was given; `label` begins messages, such as "--error: ". */
 int output_plan_path(output *out, const options *o, const char *label, const char *path);
 void output_free(output *out);
 /* Before the first picture: would two inputs write one file? */

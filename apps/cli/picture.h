@@ -1,4 +1,4 @@
-/* A picture file as compare and convert read it: pixels, and the tag that tells how snell made it. */
+/* A picture file as compare and convert read it: pixels, and the tag of how snell made it. */
 #ifndef SNELL_CLI_PICTURE_H
 #define SNELL_CLI_PICTURE_H
 
@@ -20,8 +20,9 @@ void picture_close(picture_file *p);
 /* Another layer of the same file, if it has one of that name; else *out is NULL. */
 int picture_open_layer(session *s, const picture_file *p, const char *layer, snell_film **out);
 
-/* Exposure and tone map for showing floats: the command line's, else those of the render that made the
- * picture (of files of floats, which have no look of their own), else 0 and clip. The string is borrowed. */
+/* Exposure and tone map for showing floats: the command line's, else those of the render that made
+ * the picture (of files of floats, which have no look of their own), else 0 and clip. The string is
+ * borrowed. */
 int picture_look(const options *o, const picture_file *p, float *exposure, const char **tonemap);
 
 #endif

@@ -20,8 +20,8 @@ int session_open(session *s, const options *o);
 void session_close(session *s);
 /* Reads a file, or standard input when path is "-", into a new scene. */
 int session_load(session *s, const char *path, snell_scene **out);
-/* A file that can be mapped and sought: `path` itself, or what standard input held when it is "-"; until
- * session_end_input. Messages about it name `path`. */
+/* A file that can be mapped and sought: `path` itself, or what standard input held when it is "-";
+ * until session_end_input. Messages about it name `path`. */
 int session_input(session *s, const char *path, const char **real);
 void session_end_input(session *s);
 /* An unknown SNELL_* variable is a warning. */

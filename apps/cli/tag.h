@@ -9,17 +9,17 @@
 
 #include "options.h"
 
-/* The caller frees it; NULL on lack of memory. film: for the look that its scene asks for; frame 0: none
- * was asked for. */
+/* The caller frees it; NULL on lack of memory. film: for the look that its scene asks for; frame 0:
+ * none was asked for. */
 char *tag_make(const options *o, const char *file, const snell_render_desc *desc,
                const snell_film *film, uint32_t frame, bool partial);
 /* NULL when the tag is not of this form, or an option in it is not render's. */
 json_t *tag_read(const char *tag);
 /* The value of an option in a tag that was read; NULL when there is none. */
 const char *tag_option(const json_t *tag, const char *name);
-/* The tag of a picture that snell convert made of one with `tag`; the caller frees it. What render would
- * have done as well (`linear`: exposure and tone map of floats) takes the place of its options, the rest
- * goes to a list "converted". */
+/* The tag of a picture that snell convert made of one with `tag`; the caller frees it. What render
+ * would have done as well (`linear`: exposure and tone map of floats) takes the place of its
+ * options, the rest goes to a list "converted". */
 char *tag_convert(const char *tag, const options *o, bool linear);
 
 #endif

@@ -607,8 +607,8 @@ SNELL_API snell_status snell_film_get_stats(
  * top first; borrowed until the next render or destroy. */
 SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width, uint32_t *height,
                                          uint32_t *channels);
-/* The tone map, and into *exposure (may be NULL) the exposure in stops, that a film is written with when
- * nobody says otherwise: what its scene asks for. A static string. */
+/* The tone map, and into *exposure (may be NULL) the exposure in stops, that a film is written with
+ * when nobody says otherwise: what its scene asks for. A static string. */
 SNELL_API const char *snell_film_look(const snell_film *film, float *exposure);
 SNELL_API uint64_t snell_film_hash(const snell_film *film); /* the image hash: of size, channels and
                                                                every bit of the linear film */
@@ -634,10 +634,10 @@ SNELL_API snell_status snell_picture_read_info(
 
 typedef struct snell_film_read_desc {
     size_t struct_size;
-    /* Of an OpenEXR file: the layer, such as "variance", or one channel, such as "normal.X"; NULL: its
-     * colours (R G B A, or Y). A layer's name is what stands before the last dot of its channels'
-     * names; of channels without one, that of their part. A layer of one channel is grey, X Y Z and U V
-     * become red, green and blue. */
+    /* Of an OpenEXR file: the layer, such as "variance", or one channel, such as "normal.X"; NULL:
+     * its colours (R G B A, or Y). A layer's name is what stands before the last dot of its
+     * channels' names; of channels without one, that of their part. A layer of one channel is grey,
+     * X Y Z and U V become red, green and blue. */
     const char *layer;
     uint64_t memory_max; /* bytes that reading may use; 0: a share of the machine's memory */
     bool allow_helper;   /* as of snell_load_desc: false reads nothing; default true */
@@ -651,18 +651,19 @@ static inline snell_film_read_desc snell_film_read_desc_init(size_t struct_size)
     desc.allow_helper = true;
     return desc;
 }
-/* A picture from a file, by its content: PNG, JPEG, PPM and PGM (8 or 16 bits, taken as sRGB), OpenEXR
- * in scan lines, PFM, Radiance HDR (linear). Sides to 65536, at most 2^26 pixels. The pixels are as
- * snell_film_pixels says, alpha premultiplied; of linear files as they are, also negative, infinite and
- * NaN. Of a file for screens, exposure 0 and tone map "clip" give the file's values again. The film's
- * context must still be there, and hears warnings. On failure the film is as before. */
+/* A picture from a file, by its content: PNG, JPEG, PPM and PGM (8 or 16 bits, taken as sRGB),
+ * OpenEXR in scan lines, PFM, Radiance HDR (linear). Sides to 65536, at most 2^26 pixels. The
+ * pixels are as snell_film_pixels says, alpha premultiplied; of linear files as they are, also
+ * negative, infinite and NaN. Of a file for screens, exposure 0 and tone map "clip" give the file's
+ * values again. The film's context must still be there, and hears warnings. On failure the film is
+ * as before. */
 SNELL_API snell_status snell_film_read(snell_film *film, const char *path,
                                        const snell_film_read_desc *desc); /* desc may be NULL */
-/* The bits of a channel in a file for screens, 8 or 16, that was decoded to linear light; 0: the light is
- * the file's own, or rendered. */
+/* The bits of a channel in a file for screens, 8 or 16, that was decoded to linear light; 0: the
+ * light is the file's own, or rendered. */
 SNELL_API uint32_t snell_film_encoded_bits(const snell_film *film);
-/* What snell_film_read_desc.layer could have been: names of the file that was read; NULL at the end.
- * Lives until the film changes. */
+/* What snell_film_read_desc.layer could have been: names of the file that was read; NULL at the
+ * end. Lives until the film changes. */
 SNELL_API const char *snell_film_layer(const snell_film *film, uint32_t index);
 
 typedef enum snell_error_map {
@@ -672,16 +673,18 @@ typedef enum snell_error_map {
 
 typedef struct snell_compare_desc {
     size_t struct_size;
-    /* Two linear pictures are compared in linear light. If one is for screens, or with as_shown, both
-     * are compared as a screen shows them: sRGB values from 0 to 1, transparent pixels over black. A
-     * linear one goes there by exposure and tone map, and to 8 bits where the other has 8. */
+    /* Two linear pictures are compared in linear light. If one is for screens, or with as_shown,
+     * both are compared as a screen shows them: sRGB values from 0 to 1, transparent pixels over
+     * black. A linear one goes there by exposure and tone map, and to 8 bits where the other has 8.
+     */
     bool as_shown;
     const char *tonemap; /* of linear pictures as shown; NULL: "clip" */
     float exposure;      /* the same; stops, -50 to 50 */
     /* FLIP's viewer, 1 to 1000; default 67.02: 3840 pixels in 0.7 m, seen from 0.7 m. */
     float pixels_per_degree;
-    /* The variance of each value of the reference and of the picture, that is of a pixel's mean; NULL:
-     * its values are exact. With either, and in linear light, differences are held against chance. */
+    /* The variance of each value of the reference and of the picture, that is of a pixel's mean;
+     * NULL: its values are exact. With either, and in linear light, differences are held against
+     * chance. */
     const snell_film *reference_variance, *picture_variance;
     /* Of how many values each variance is an estimate, 2 or more; 0: very many. */
     uint32_t variance_count;
@@ -708,24 +711,25 @@ typedef struct snell_comparison {
     uint64_t not_finite;   /* pixels with NaN or infinity in either: what follows leaves them out */
     double difference_max; /* absolute, of a value, alpha too; and the first pixel that has it */
     uint32_t difference_x, difference_y;
-    /* Over the colours of all pixels, and alpha where any is not 1. rel_mse: the mean of
-     * (picture - reference)^2 / (reference^2 + 0.01) (Rousselle, Knaus, Zwicker, SIGGRAPH Asia 2011).
-     * psnr: decibels against 1; infinite without a difference. */
+    /* Over the colours of all pixels, and alpha where any is not 1. rel_mse: the mean of (picture -
+     * reference)^2 / (reference^2 + 0.01) (Rousselle, Knaus, Zwicker, SIGGRAPH Asia 2011). psnr:
+     * decibels against 1; infinite without a difference. */
     double rmse, rel_mse, psnr;
-    /* Mean over the pixels; HDR-FLIP in linear light; transparent pixels over black (Andersson et al.,
-     * High Performance Graphics 2020, Eurographics 2021). */
+    /* Mean over the pixels; HDR-FLIP in linear light; transparent pixels over black (Andersson et
+     * al., High Performance Graphics 2020, Eurographics 2021). */
     double flip;
-    /* z-test: the difference of each colour value over its standard deviation, where there is either.
-     * By chance alone about 5 % of the values are beyond the 5 % level, and in 99 of 100 comparisons no
-     * pixel is rejected (Sidak's level). */
+    /* z-test: the difference of each colour value over its standard deviation, where there is
+     * either. By chance alone about 5 % of the values are beyond the 5 % level, and in 99 of 100
+     * comparisons no pixel is rejected (Sidak's level). */
     uint64_t z_values; /* tested; 0: no variance was given, or not in linear light */
     uint64_t z_beyond; /* of these, beyond the 5 % level */
     uint64_t z_rejected;
     double z_max; /* and the first pixel that has it; can be infinite */
     uint32_t z_x, z_y;
 } snell_comparison;
-/* Two pictures of one size (else SNELL_ERR_ARGUMENT), which may be the same film. Bits do not depend on
- * the threads, which are the reference's context's; the film `error` must be another one. */
+/* Two pictures of one size (else SNELL_ERR_ARGUMENT), which may be the same film. Bits do not
+ * depend on the threads, which are the reference's context's; the film `error` must be another one.
+ */
 SNELL_API snell_status
 snell_film_compare(const snell_film *reference, const snell_film *picture,
                    const snell_compare_desc *desc, /* may be NULL */

@@ -32,7 +32,8 @@ struct snell_scene {
 struct snell_film {
     snell_context *context;
     film film;
-    char *layers; /* of the file it was read from: names, each with its 0, an empty one last; or NULL */
+    /* Of the file it was read from: names, each with its 0, an empty one last; or NULL. */
+    char *layers;
     snell_render_stats stats;
     float exposure; /* what the scene asks for */
     int tonemap;    /* choice of render_desc.tonemap, never "default" */

@@ -26,8 +26,8 @@ typedef struct pixel {
     bool finite;
 } pixel;
 
-/* The way of image_row_8bit, which exposes and maps colours without their alpha; and back again, to the
- * same floats, as such a file is read. */
+/* The way of image_row_8bit, which exposes and maps colours without their alpha; and back again, to
+ * the same floats, as such a file is read. */
 static void put_on_screen(const view *v, pixel *p) {
     double alpha = clamp01(p->alpha), scale = alpha > 0 ? v->scale / alpha : 0;
     dvec3 color = {p->linear[0], p->linear[1], p->linear[2]};
@@ -203,9 +203,9 @@ static void sum_all(const compare_job *j, snell_comparison *out) {
         out->z_values += s->z_values, out->z_beyond += s->z_beyond;
         out->z_rejected += s->z_rejected;
         if (s->difference_max > out->difference_max)
-            out->difference_max = s->difference_max, out->difference_x = s->difference_x, out->difference_y = y;
-        if (s->z_max > out->z_max)
-            out->z_max = s->z_max, out->z_x = s->z_x, out->z_y = y;
+            out->difference_max = s->difference_max, out->difference_x = s->difference_x,
+            out->difference_y = y;
+        if (s->z_max > out->z_max) out->z_max = s->z_max, out->z_x = s->z_x, out->z_y = y;
     }
     if (all.transparent) all.squares += all.alpha_squares, all.relative += all.alpha_relative;
     double values =
@@ -258,8 +258,8 @@ static snell_status compute_flip(const compare_job *j, thread_pool *pool, float 
     return SNELL_OK;
 }
 
-/* On a screen the numbers are to be seen: what is written is what an sRGB file decodes to. What is no
- * number is the largest error. */
+/* On a screen the numbers are to be seen: what is written is what an sRGB file decodes to. What is
+ * no number is the largest error. */
 static void draw_error(const compare_job *j, size_t index, double flip, bool linear, float *rgb) {
     const compare_options *o = j->options;
     const pixel p[2] = {pixel_at(&j->views[0], index), pixel_at(&j->views[1], index)};

@@ -25,8 +25,8 @@ snell_status compare_films(const film *reference, const film *picture,
                            const compare_options *options, thread_pool *pool,
                            snell_comparison *out);
 
-/* What |t| of Student's distribution with so many degrees of freedom (0: the normal one) exceeds with
- * the probability p, 0 < p < 1. */
+/* What |t| of Student's distribution with so many degrees of freedom (0: the normal one) exceeds
+ * with the probability p, 0 < p < 1. */
 double student_quantile(double p, uint32_t freedom);
 
 #endif

@@ -1,7 +1,7 @@
 /* The two-dimensional filters of the paper are products of one-dimensional ones (those of the
- * blue-yellow channel: sums of two products), so rows are filtered first, then columns. Tiles of the
- * picture are worked on one by one, each with the rows and columns around it that the filters reach;
- * beyond its edge the picture goes on as it is there. */
+ * blue-yellow channel: sums of two products), so rows are filtered first, then columns. Tiles of
+ * the picture are worked on one by one, each with the rows and columns around it that the filters
+ * reach; beyond its edge the picture goes on as it is there. */
 #include "image/flip.h"
 
 #include <math.h>
@@ -100,8 +100,8 @@ static bool kernel_create(kernel *k, double reach) {
     return k->weights != NULL;
 }
 
-/* The contrast sensitivity's Gaussian in degrees, a sqrt(pi / b) exp(-pi^2 x^2 / b) in two dimensions:
- * its root in each. Returns the sum. */
+/* The contrast sensitivity's Gaussian in degrees, a sqrt(pi / b) exp(-pi^2 x^2 / b) in two
+ * dimensions: its root in each. Returns the sum. */
 static double fill_sensitivity(kernel *k, double ppd, double a, double b) {
     double sum = 0;
     for (int i = -k->reach; i <= k->reach; i++) {
@@ -226,9 +226,9 @@ static double read_luminances(const flip_job *j, const flip_picture *picture) {
     return largest;
 }
 
-/* From where the reference's brightest pixel is bright to where its median is. The paper says nothing
- * of references that are black (then the other picture's range counts) or mostly black (then the
- * median of what is not), nor how many exposures are too many. */
+/* From where the reference's brightest pixel is bright to where its median is. The paper says
+ * nothing of references that are black (then the other picture's range counts) or mostly black
+ * (then the median of what is not), nor how many exposures are too many. */
 static void choose_exposures(flip_job *j) {
     size_t count = (size_t)j->options->width * j->options->height;
     double largest = read_luminances(j, &j->pictures[0]);
@@ -332,8 +332,8 @@ static void filter_rows(const flip_job *j, const tile *t, int picture) {
     }
 }
 
-/* Row r of the tile: what was filtered along x is filtered along y. Derivatives along x are smoothed
- * along y, and what was smoothed along x gives the two derivatives along y. */
+/* Row r of the tile: what was filtered along x is filtered along y. Derivatives along x are
+ * smoothed along y, and what was smoothed along x gives the two derivatives along y. */
 static void filter_columns(const flip_job *j, const tile *t, int picture, uint32_t r) {
     static const struct {
         int plane, kernel;

@@ -1,15 +1,16 @@
-/* FLIP: how different two pictures look to somebody who flips between them on a screen, from 0 to 1 at
- * each pixel. Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom, Fairchild, FLIP: A Difference
- * Evaluator for Alternating Images, High Performance Graphics 2020. HDR-FLIP, for pictures brighter
- * than a screen, is the largest FLIP over the exposures that matter: Andersson, Nilsson, Shirley,
- * Akenine-Moller, Visualizing Errors in Rendered High Dynamic Range Images, Eurographics 2021. */
+/* FLIP: how different two pictures look to somebody who flips between them on a screen, from 0 to 1
+ * at each pixel. Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom, Fairchild, FLIP: A
+ * Difference Evaluator for Alternating Images, High Performance Graphics 2020. HDR-FLIP, for
+ * pictures brighter than a screen, is the largest FLIP over the exposures that matter: Andersson,
+ * Nilsson, Shirley, Akenine-Moller, Visualizing Errors in Rendered High Dynamic Range Images,
+ * Eurographics 2021. */
 #ifndef SNELL_IMAGE_FLIP_H
 #define SNELL_IMAGE_FLIP_H
 
 #include "base/thread.h"
 
-/* `count` pixels of row y from x on, as linear Rec. 709, three floats each: finite, not negative and,
- * but for HDR-FLIP, at most 1. Called by several threads. */
+/* `count` pixels of row y from x on, as linear Rec. 709, three floats each: finite, not negative
+ * and, but for HDR-FLIP, at most 1. Called by several threads. */
 typedef void flip_read_fn(const void *user, uint32_t x, uint32_t y, uint32_t count, float *rgb);
 typedef struct flip_picture {
     flip_read_fn *read;

@@ -1,5 +1,5 @@
-/* The colour map magma: black for 0, over purple and orange to a light yellow for 1, in which errors
- * are drawn. */
+/* The colour map magma: black for 0, over purple and orange to a light yellow for 1, in which
+ * errors are drawn. */
 #ifndef SNELL_IMAGE_MAGMA_H
 #define SNELL_IMAGE_MAGMA_H
 

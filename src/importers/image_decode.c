@@ -68,8 +68,8 @@ static void png_take(png_structp png, png_bytep out, size_t size) {
     job->used += size;
 }
 
-/* Palettes, 1, 2 and 4 bits and transparent colours all become 8-bit channels, 16 bits too unless they are
- * to be kept; gamma chunks are not applied, as glTF asks. */
+/* Palettes, 1, 2 and 4 bits and transparent colours all become 8-bit channels, 16 bits too unless
+ * they are to be kept; gamma chunks are not applied, as glTF asks. */
 static snell_status png_read_pixels(png_job *job) {
     png_structp png = job->png;
     png_read_info(png, job->info);

@@ -1,5 +1,5 @@
-/* OpenEXR, by OpenEXRCore: the channels of one layer, in rows, of any sample type and compression but DWA,
- * which the core of 3.1 lacks. */
+/* OpenEXR, by OpenEXRCore: the channels of one layer, in rows, of any sample type and compression
+ * but DWA, which the core of 3.1 lacks. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -218,8 +218,8 @@ typedef struct exr_job {
     float *rows;         /* of one chunk: the places one after the other, each of all its pixels */
 } exr_job;
 
-/* Each channel to pixels of its own: OpenEXRCore 3.1 exchanges the channels of R G B A in 16 bits where
- * they are to be interleaved. false: a channel that is coarser than the picture. */
+/* Each channel to pixels of its own: OpenEXRCore 3.1 exchanges the channels of R G B A in 16 bits
+ * where they are to be interleaved. false: a channel that is coarser than the picture. */
 static bool aim_channels(exr_job *job, const exr_chunk_info_t *chunk) {
     for (int c = 0; c < job->decode.channel_count; c++) {
         exr_coding_channel_info_t *channel = &job->decode.channels[c];

@@ -17,7 +17,8 @@ typedef struct image_names {
     size_t size;
 } image_names;
 /* The same, but the values are the file's own, and of OpenEXR a layer or a channel by its full name
- * ("": the colours; others have no layers). *layers, if not NULL, gets the names of all, on success. */
+ * ("": the colours; others have no layers). *layers, if not NULL, gets the names of all, on
+ * success. */
 snell_status image_decode_layer(const void *data, size_t size, size_t size_max, const char *layer,
                                 image_names *layers, decoded_image *out);
 

@@ -8,6 +8,8 @@
 #include "image/srgb.h"
 #include "importers/files.h"
 
+enum { PIXELS_MAX = IMAGE_SIZE_MAX / (4 * sizeof(float)) }; /* of every format */
+
 static bool begins(const uint8_t *data, size_t size, const char *magic, size_t length) {
     return size >= length && memcmp(data, magic, length) == 0;
 }
@@ -90,6 +92,9 @@ static void convert_floats(const decoded_image *image, picture *out) {
 }
 
 static snell_status convert(const decoded_image *image, picture *out) {
+    if ((uint64_t)image->width * image->height > PIXELS_MAX)
+        return error_set(SNELL_ERR_UNSUPPORTED, "make the image smaller",
+                         "an image of %u x %u pixels is too large", image->width, image->height);
     bool alpha = image->channels == 4 && !image->opaque;
     out->header = (picture_header){.magic = PICTURE_MAGIC,
                                    .width = image->width,

@@ -1,7 +1,8 @@
-/* A picture on its way from snell-import, where it is decoded, to a film: one block in shared memory.
+/* A picture on its way from snell-import, where it is decoded, to a film: one block in shared
+ * memory.
  *
  *     picture_import, picture_write ──▶ {header, names of layers, padding, floats} ──▶ picture_take
- */
+ * / */
 #ifndef SNELL_IMPORTERS_PICTURE_H
 #define SNELL_IMPORTERS_PICTURE_H
 
@@ -31,8 +32,8 @@ snell_status picture_import(const char *path, const import_options *options, pic
 snell_status picture_write(const picture *p, record_write_fn *write, void *user);
 void picture_free(picture *p);
 
-/* The parent's side, a helper_take: checks everything again. user is a helper_picture, which stays as it
- * was when the block is refused (SNELL_ERR_SYNTAX). */
+/* The parent's side, a helper_take: checks everything again. user is a helper_picture, which stays
+ * as it was when the block is refused (SNELL_ERR_SYNTAX). */
 snell_status picture_take(void *user, const void *data, size_t size);
 
 #endif
