@@ -571,7 +571,8 @@ typedef struct snell_render_stats {
     size_t struct_size;
     uint64_t rays_camera, rays_reflected, rays_refracted, rays_shadow,
         rays_continued; /* continued: walked on through transparent surfaces */
-    uint64_t nodes, boxes, triangles, primitives; /* tests done by the kernel, summed over rays */
+    uint64_t nodes, boxes, triangles, primitives; /* tests done by the kernel, summed over rays;
+                                                     boxes: eight to a node */
     uint64_t samples_done, pixels_done;           /* samples per pixel; pixels complete */
     double dropped_weight; /* mean over samples of the weight that min_weight dropped */
     uint64_t media_mismatches, film_overflows;

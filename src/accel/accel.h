@@ -71,6 +71,7 @@ typedef struct accel_memory {
 } accel_memory;
 accel_memory accel_get_memory(const accel *a);
 
+/* boxes: eight to a node, also those of children that it lacks. */
 typedef struct trace_counters {
     uint64_t nodes, boxes, triangles, primitives;
 } trace_counters;

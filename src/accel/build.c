@@ -559,9 +559,10 @@ static uint32_t add_node(builder *b, part *p, const range *r, uint32_t level, bo
     uint32_t count = make_children(b, r, children);
     if (upper && atomic_load(&b->job->progress->stop)) p->failed = true;
     bvh_node node = {0};
-    bounds3 empty = bounds3_empty();
+    /* A box that no ray passes, and finite: mixed with weight 0 it stays such. */
+    const bounds3 nothing = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
     for (uint32_t i = 0; i < BVH_WIDTH; i++) {
-        set_child_box(&node, i, i < count ? &children[i].box : &empty);
+        set_child_box(&node, i, i < count ? &children[i].box : &nothing);
         if (i < count) node.valid |= 1u << i;
     }
     for (uint32_t i = 0; i < count && !p->failed; i++) {

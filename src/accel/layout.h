@@ -31,7 +31,7 @@ enum {
 typedef struct bvh_node {
     float bounds[2][3][BVH_WIDTH]; /* minimum and maximum, axis, child */
     uint32_t child[BVH_WIDTH];
-    uint32_t valid; /* a bit per child; unused children have empty bounds */
+    uint32_t valid; /* a bit per child; the others have bounds that no ray passes */
     uint32_t unused[7];
 } bvh_node;
 _Static_assert(sizeof(bvh_node) == 256, "a node is four cache lines");

@@ -3,6 +3,10 @@
  *   - f8_min(a, b) is a < b ? a : b and f8_max(a, b) is a > b ? a : b: on NaN, b (MINPS, MAXPS);
  *   - comparisons are false on NaN;
  *   - no fused or approximate operations.
+ *   - f8_select takes a where the sign is +, b where it is - (also of 0);
+ *   - f8_least: which of the given lanes holds the least number from 0 up, by its upper 29 bits, the first of
+ *     equals; without any: 7;
+ *   - f8_compress writes the given lanes of both, closed up; eight are written, whatever is in the rest.
  * An m8 is a mask of eight lanes; m8_bits gives it as bits, lane 0 lowest. */
 #ifndef SNELL_SIMD_FLOAT8_H
 #define SNELL_SIMD_FLOAT8_H

@@ -3,6 +3,8 @@
 #define SNELL_SIMD_FLOAT8_SCALAR_H
 
 #include <math.h>
+#include <stdint.h>
+#include <string.h>
 
 typedef struct f8 {
     float v[8];
@@ -56,5 +58,42 @@ FLOAT8_COMPARE(f8_equal, ==)
 static inline m8 m8_and(m8 a, m8 b) { return a & b; }
 static inline m8 m8_or(m8 a, m8 b) { return a | b; }
 static inline unsigned m8_bits(m8 a) { return a; }
+
+static inline f8 f8_make(float a, float b, float c, float d, float e, float f, float g, float h) {
+    return (f8){{a, b, c, d, e, f, g, h}};
+}
+static inline f8 f8_negate(f8 a) {
+    for (int i = 0; i < 8; i++) a.v[i] = -a.v[i];
+    return a;
+}
+static inline unsigned f8_signs(f8 a) {
+    unsigned r = 0;
+    for (unsigned i = 0; i < 8; i++) r |= (unsigned)(signbit(a.v[i]) != 0) << i;
+    return r;
+}
+static inline f8 f8_select(f8 sign, f8 a, f8 b) {
+    for (int i = 0; i < 8; i++) a.v[i] = signbit(sign.v[i]) ? b.v[i] : a.v[i];
+    return a;
+}
+
+static inline unsigned f8_least(f8 a, m8 lanes) {
+    uint32_t least = ~0u;
+    for (unsigned i = 0; i < 8; i++) {
+        uint32_t key;
+        memcpy(&key, &a.v[i], sizeof key);
+        key = (key & ~7u) | i;
+        if (lanes >> i & 1 && key < least) least = key;
+    }
+    return least & 7;
+}
+
+static inline void f8_compress(float *to_floats, f8 floats, uint32_t *to_numbers,
+                               const uint32_t *numbers, unsigned lanes) {
+    for (unsigned i = 0, n = 0; i < 8; i++) {
+        to_floats[n] = floats.v[i];
+        to_numbers[n] = numbers[i];
+        n += lanes >> i & 1;
+    }
+}
 
 #endif
