@@ -2,9 +2,9 @@
  * polynomials of degree 1 or 3 in s, and those of degree 3 into pieces with boxes of their own.
  *
  * A round curve is what a ball sweeps whose centre c(s) and radius r(s) run along it, ends and all;
- * what lies inside the next segment is left out, so that a strand is one closed surface as long as it
- * is thinner than it bends. A ribbon is flat and turns about the curve to face each ray: it
- * has every point that is at most r(s) from c(s) across both the ray and the curve.
+ * what lies inside the segment before or after is left out, so that a strand is one closed surface, at
+ * kinks too, as long as it is thinner than it bends. A ribbon is flat and turns about the curve to face
+ * each ray: it has every point that is at most r(s) from c(s) across both the ray and the curve.
  *
  * Texture coordinates: u along the strand, by segments, 0 to 1; v around it, from a direction that is
  * the same all along the strand, or across the ribbon. */
@@ -255,25 +255,73 @@ static void insert(crossing *list, int *count, crossing c) {
     list[i] = c;
 }
 
-/* Straight pieces meet in kinks: is p deeper in the ball that sweeps the neighbour than rounding? */
-static bool is_inside(const piece *c, dvec3 p) {
-    dvec3 run = dvec3_sub(c->at[1].p, c->at[0].p), f = dvec3_sub(p, c->at[0].p);
-    double swell = c->at[1].r - c->at[0].r, r = c->at[0].r;
-    double square = dvec3_dot(run, run) - swell * swell, half = dvec3_dot(f, run) + r * swell;
-    double s = square > 0 ? clamp01(half / square) : half > 0;
-    f = dvec3_sub(f, dvec3_scale(run, s));
-    r += s * swell;
-    return dvec3_dot(f, f) < (1 - 0x1p-30) * (r * r);
+/* Splines have none, but for radii that would fall below 0. */
+static bool may_have_kinks(const curves_desc *curves) {
+    return curves->basis == BEZIER || curves->basis == LINEAR ||
+           (curves->basis == CATMULL_ROM && curves->radii_count > 0);
 }
 
-/* Does a neighbour hide the point p, at s of the piece? At a joint it does if its own way from there
- * leads towards p; where neither reaches beyond p, both have it: a seam, rather than a gap. */
+/* Do the segments meet at s = 1 of `a`, 0 of `b` in a kink, of the curve or of its radius? */
+static bool is_kink(const piece *a, const piece *b) {
+    const control *in = &a->at[a->degree - 1], *joint = &b->at[0], *out = &b->at[1];
+    dvec3 before = dvec3_sub(joint->p, in->p), after = dvec3_sub(out->p, joint->p);
+    dvec3 turn = dvec3_sub(after, before);
+    double swell = out->r - joint->r - (joint->r - in->r), small = 0x1p-40;
+    return dvec3_dot(turn, turn) + swell * swell >
+           small * (dvec3_dot(before, before) + dvec3_dot(after, after));
+}
+
+/* What `solve` is off by, at right angles to the surface, for a ray that starts near it: h is a
+ * difference of squares of what the piece's controls are away from the ray, and off by a few roundings
+ * of them; so is x^2 + y^2 from r^2, and the distance by that over 2 r, or its root at a tip. */
+static double rounding_at(const piece *c, dvec3 p, double r) {
+    double size = 0, far = fabs(p.x) + fabs(p.y) + fabs(p.z);
+    for (int i = 0; i <= c->degree; i++)
+        size = double_max(size, dvec3_length(dvec3_sub(c->at[i].p, p)) + fabs(c->at[i].r));
+    double square = 64 * DOUBLE_EPSILON * size * size;
+    return 32 * DOUBLE_EPSILON * (size + far) + double_min(square / r, sqrt(square));
+}
+
+/* Is p deeper in the ball that sweeps the whole segment than rounding? */
+static bool is_inside(const piece *c, dvec3 p) {
+    int n = c->degree;
+    double value[4] = {0}, square[7], f[7] = {0}, slope[6], places[8] = {0, 1};
+    bool any = false;
+    for (int which = X; which <= RADIUS; which++) {
+        for (int i = 0; i <= n; i++) {
+            dvec3 to = dvec3_sub(c->at[i].p, p);
+            value[i] = which == X ? to.x : which == Y ? to.y : which == Z ? to.z : c->at[i].r;
+        }
+        bernstein_multiply(value, n, value, n, square);
+        for (int i = 0; i <= 2 * n; i++) f[i] += which == RADIUS ? -square[i] : square[i];
+    }
+    for (int i = 0; i <= 2 * n; i++) any |= f[i] < 0;
+    if (!any) return false;
+    bernstein_derivative(f, 2 * n, slope);
+    int count = 2 + bernstein_roots(slope, 2 * n - 1, places + 2, 6);
+    for (int i = 0; i < count; i++) {
+        double r = bernstein_value(value, n, places[i], NULL); /* the radii came last */
+        if (bernstein_value(f, 2 * n, places[i], NULL) < -2 * r * rounding_at(c, p, r)) return true;
+    }
+    return false;
+}
+
+/* Does a neighbour hide the point p, at s of the piece? Beyond a kink it may have p inside. At a joint
+ * it hides p if its own way from there leads towards p; where neither reaches beyond p, both have it:
+ * a seam, rather than a gap. */
 static bool is_covered(const curves_desc *curves, uint32_t part, const piece *c, double s,
                        dvec3 p) {
     piece next;
-    if (curves->basis == LINEAR && curves->kind == ROUND)
-        return (!c->begins && piece_at(curves, part - 1, &next) && is_inside(&next, p)) ||
-               (!c->ends && piece_at(curves, part + 1, &next) && is_inside(&next, p));
+    uint32_t pieces = pieces_of(curves);
+    if (curves->kind == ROUND && may_have_kinks(curves)) {
+        if (c->segment > 0 && piece_at(curves, part - pieces, &next) && is_kink(&next, c) &&
+            is_inside(&next, p))
+            return true;
+        if (c->segment + 1 < c->segments && piece_at(curves, part + pieces, &next) &&
+            is_kink(c, &next) && is_inside(&next, p))
+            return true;
+        if (curves->basis == LINEAR) return false;
+    }
     if (s != 0 && s != 1) return false;
     if (s == 0 ? c->begins : c->ends) return false;
     if (!piece_at(curves, s == 0 ? part - 1 : part + 1, &next)) return false;
@@ -506,17 +554,6 @@ static double bend_of(const piece *c, double s) {
     dvec3 change = dvec3_scale(dvec3_sub(after, before), 1 / turn);
     double bend = dvec3_length(dvec3_cross(slope, change)) / (speed * speed * speed);
     return bend <= 0x1p100 ? bend : 0;
-}
-
-/* What `solve` is off by, at right angles to the surface, for a ray that starts near it: h is a
- * difference of squares of what the piece's controls are away from the ray, and off by a few roundings
- * of them; so is x^2 + y^2 from r^2, and the distance by that over 2 r, or its root at a tip. */
-static double rounding_at(const piece *c, dvec3 p, double r) {
-    double size = 0, far = fabs(p.x) + fabs(p.y) + fabs(p.z);
-    for (int i = 0; i <= c->degree; i++)
-        size = double_max(size, dvec3_length(dvec3_sub(c->at[i].p, p)) + fabs(c->at[i].r));
-    double square = 64 * DOUBLE_EPSILON * size * size;
-    return 32 * DOUBLE_EPSILON * (size + far) + double_min(square / r, sqrt(square));
 }
 
 static void fill_round(const piece *c, double s, dvec3 p, surface *out) {
