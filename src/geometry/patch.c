@@ -225,6 +225,24 @@ static bool holds_zero(const double c[16]) {
     return low <= 0 && high >= 0;
 }
 
+/* A piece that is seen nearly edge on is a thin strip, askew in its box. Are all controls on one side
+ * of the line along it through the ray, by more than rounding? */
+static bool passes_beside(const net *n, int step) {
+    double dx = 0, dy = 0, low = INFINITY, high = -INFINITY, size = 0;
+    for (int i = 0; i < 4; i++) {
+        int a = step == 1 ? 4 * i : i, b = a + 3 * step;
+        dx += n->x[b] - n->x[a];
+        dy += n->y[b] - n->y[a];
+    }
+    for (int i = 0; i < 16; i++) {
+        double left = n->x[i] * dy, right = n->y[i] * dx;
+        low = double_min(low, left - right);
+        high = double_max(high, left - right);
+        size = double_max(size, fabs(left) + fabs(right));
+    }
+    return low > 0x1p-48 * size || high < -0x1p-48 * size;
+}
+
 typedef struct window {
     double u, v, width_u, width_v;
 } window;
@@ -232,6 +250,8 @@ typedef struct window {
 /* The recursion ends at DEPTH_MAX, or when it has looked at enough. */
 static void find(search *s, const net *n, window w, int depth) {
     if (s->looks-- <= 0 || !holds_zero(n->x) || !holds_zero(n->y)) return;
+    int step = extent(n, 1) >= extent(n, 4) ? 1 : 4;
+    if (passes_beside(n, step)) return;
     bool last = depth == DEPTH_MAX;
     if (last || is_regular(n)) {
         double u, v, room_u = ROOM / w.width_u, room_v = ROOM / w.width_v;
@@ -244,7 +264,6 @@ static void find(search *s, const net *n, window w, int depth) {
     }
     if (last) return;
     net left, right;
-    int step = extent(n, 1) >= extent(n, 4) ? 1 : 4;
     if (depth % 4 == 3) step = w.width_u >= w.width_v ? 1 : 4; /* where both seem to be short */
     for (int i = 0; i < 4; i++) {
         int at = step == 1 ? 4 * i : i;
