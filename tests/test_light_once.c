@@ -418,6 +418,109 @@ static void every_shape_shines(void **state) {
         }
 }
 
+/* ---- shapes of the caller ---- */
+
+/* Two balls in one shape. */
+enum { BALLS = 2 };
+typedef struct ball {
+    dvec3 center;
+    double radius;
+} ball;
+
+static void ball_bounds(void *user, uint32_t primitive, snell_bounds *out) {
+    const ball *b = &((const ball *)user)[primitive];
+    double r = b->radius * 1.00001;
+    out->min = v3(b->center.x - r, b->center.y - r, b->center.z - r);
+    out->max = v3(b->center.x + r, b->center.y + r, b->center.z + r);
+}
+
+/* Of a unit direction d; NAN: none. */
+static double ball_root(const ball *b, dvec3 o, dvec3 d, int which) {
+    dvec3 to = dvec3_sub(b->center, o);
+    double middle = dvec3_dot(to, d);
+    dvec3 across = dvec3_sub(to, dvec3_scale(d, middle));
+    double half = sqrt(b->radius * b->radius - dvec3_dot(across, across));
+    return which ? middle + half : middle - half;
+}
+
+static bool ball_intersect(void *user, uint32_t primitive, const snell_user_ray *beam,
+                           snell_user_hit *out) {
+    const ball *b = &((const ball *)user)[primitive];
+    dvec3 o = dvec3_from(beam->origin), d = dvec3_from(beam->direction);
+    double speed = dvec3_length(d);
+    for (int i = 0; i < 2; i++) {
+        out->t = (float)(ball_root(b, o, dvec3_scale(d, 1 / speed), i) / speed);
+        if (out->t > beam->t_min && out->t < beam->t_max) return true;
+    }
+    return false;
+}
+
+static void ball_surface(void *user, uint32_t primitive, const snell_user_ray *beam,
+                         const snell_user_hit *found, snell_user_surface *out) {
+    (void)beam, (void)found;
+    const ball *b = &((const ball *)user)[primitive];
+    dvec3 p = {out->position[0], out->position[1], out->position[2]};
+    dvec3 n = dvec3_normalize(dvec3_sub(p, b->center));
+    p = dvec3_add(b->center, dvec3_scale(n, b->radius));
+    *out = (snell_user_surface){{p.x, p.y, p.z}, {n.x, n.y, n.z}, 1e-14, 1 / b->radius, {0.5, 0.5}};
+}
+
+static void put_balls_above(ball *balls, bool own, bool similar) {
+    snell_material_id m = add_shining(flat(v3(2, 1, 0.5)), 1, false);
+    snell_shape_id shape;
+    for (int i = 0; i < BALLS && !own; i++) {
+        snell_sphere_desc desc = SNELL_INIT(sphere_desc);
+        desc.center = vec3_from(balls[i].center);
+        desc.radius = (float)balls[i].radius;
+        MUST(snell_scene_add_sphere(bench.scene, &desc, &shape));
+        put_above(shape, m, similar);
+    }
+    if (!own) return;
+    snell_user_shape_desc desc = SNELL_INIT(user_shape_desc);
+    desc.user = balls;
+    desc.primitive_count = BALLS;
+    desc.bounds = ball_bounds;
+    desc.intersect = ball_intersect;
+    desc.surface = ball_surface;
+    MUST(snell_scene_add_user_shape(bench.scene, &desc, "balls", &shape));
+    put_above(shape, m, similar);
+}
+
+/* As much, by paths, by cook and by samples of lights alone, as built-in balls in the same places. */
+static void shapes_of_the_caller_shine(void **state) {
+    (void)state;
+    enum { WAYS = 3 };
+    static const char *const names[WAYS] = {"path", "cook", "samples of lights"};
+    ball balls[BALLS] = {{{-0.5, 0, 0.25}, 0.5}, {{0.5, 0.25, -0.25}, 0.375}};
+    uint32_t samples = full_tests() ? 1024 : 256;
+    for (int similar = 0; similar < 2; similar++) {
+        estimate found[2][WAYS];
+        double older[2];
+        for (int own = 0; own < 2; own++) {
+            rig_clear(&bench);
+            put_balls_above(balls, own, similar);
+            add_plane(&bench, origin, v3(0, 1, 0), add_lambert(&bench, grey(0.8)));
+            MUST(snell_scene_commit(bench.scene, NULL, NULL));
+            assert_int_equal(scene_light_count(bench.scene->frozen), own ? 1 : BALLS);
+            estimate *by = found[own];
+            by[0] = estimate_light(&bench, SNELL_PATH, eye, origin, 1, samples);
+            by[1] = estimate_light(&bench, SNELL_COOK, eye, origin, 1, samples);
+            by[2] = estimate_policy(&bench, &only_lights, eye, origin, 1, samples);
+            older[own] = trace_ray(&bench, SNELL_WHITTED, eye, origin, 0).c[0];
+        }
+        ASSERT_CLOSE(older[1], older[0], 0.3, 0); /* of few points */
+        for (int i = 0; i < WAYS; i++)
+            for (int k = 0; k < 3; k++) {
+                const moments *own = &found[1][i].channel[k], *built_in = &found[0][i].channel[k];
+                char what[160];
+                snprintf(what, sizeof what, "balls of the caller (%d) by %s [%d]", similar,
+                         names[i], k);
+                assert_true(own->mean > 0 && moments_error(own) < 0.01 * own->mean);
+                family_check_same(&agreement, what, own, built_in);
+            }
+    }
+}
+
 /* Lights of every sort at once, which are chosen among, and which hide one another. */
 static void all_lights_together(void **state) {
     (void)state;
@@ -597,6 +700,7 @@ int main(void) {
         cmocka_unit_test(everything_is_tested),
         cmocka_unit_test(every_light_on_every_material),
         cmocka_unit_test(every_shape_shines),
+        cmocka_unit_test(shapes_of_the_caller_shine),
         cmocka_unit_test(all_lights_together),
         cmocka_unit_test(light_passes_once),
         cmocka_unit_test(panes_cost_no_depth),

@@ -315,8 +315,8 @@ static inline snell_user_shape_desc snell_user_shape_desc_init(size_t struct_siz
     desc.primitive_count = 1;
     return desc;
 }
-/* desc is copied; bounds is called before this returns, and again at commit. It casts shadows and is
- * seen in mirrors as every shape is; it cannot be a light that is sampled, nor bound glass. */
+/* desc is copied; bounds is called before this returns, and again at commit. It casts shadows, is seen
+ * in mirrors and lights others if its material shines, as every shape; it cannot bound glass. */
 SNELL_API snell_status snell_scene_add_user_shape(snell_scene *scene,
                                                   const snell_user_shape_desc *desc,
                                                   const char *name, snell_shape_id *out);
