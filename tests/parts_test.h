@@ -80,11 +80,11 @@ static inline void setting_release(setting *s) {
     s->tree = NULL;
 }
 
-static inline void setting_make(setting *s, double size, double offset, int variant) {
+static inline void setting_make_at(setting *s, double size, dvec3 at, int variant) {
     setting_release(s);
     s->size = size;
     s->variant = variant;
-    s->at = dvec3_scale(any_direction(), size * offset);
+    s->at = at;
     desc_init(&s->type->info, &s->desc);
     s->of->make(&s->desc, shared_rng(), s->at, size, variant);
     if (desc_check(&s->type->info, &s->desc, NULL) || s->type->check(&s->desc))
@@ -97,6 +97,10 @@ static inline void setting_make(setting *s, double size, double offset, int vari
     accel_input input = {&geometry, 1, &instance, 1};
     assert_int_equal(accel_build(&input, NULL, NULL, &s->tree), SNELL_OK);
     s->box = s->type->bounds(&s->desc);
+}
+
+static inline void setting_make(setting *s, double size, double offset, int variant) {
+    setting_make_at(s, size, dvec3_scale(any_direction(), size * offset), variant);
 }
 
 /* Traces the ray and compares; true if there is a hit. */

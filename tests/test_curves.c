@@ -460,6 +460,44 @@ static void ribbons_agree_with_a_slow_solver(void **state) {
     setting_release(&s);
 }
 
+/* Guards against an origin that is rounded so far along a thread that this bends away under it: where the
+ * normal is nearly at right angles to the axis along which the thread is far. */
+static void beside_a_far_thread_the_origin_stays_on_its_side(void **state) {
+    (void)state;
+    setting s = {.of = &threads, .type = primitive_find("curves")};
+    shared_rng()->state = 12;
+    long met = 0, rays = SANITIZED ? 200 : 1000;
+    for (long n = 0; n < rays; n++) {
+        if (n % 20 == 0) setting_make_at(&s, 1, (dvec3){4096, 0, 0}, (int)(n / 20 % BASES));
+        const curves_view *v = (const void *)&s.desc;
+        uint32_t strand = rng_below(shared_rng(), STRANDS);
+        double g = between(0.01, s.variant == BEZIER ? 1.99 : 5.99);
+        ball at = ball_at(v, strand * POINTS, POINTS, g),
+             next = ball_at(v, strand * POINTS, POINTS, g + 0.001);
+        wide along = wide_sub(next.c, at.c);
+        dvec3 across = dvec3_normalize((dvec3){0, -(double)along.z, (double)along.y});
+        if (n & 1) across = dvec3_negate(across);
+        across.x = exp2(between(-14, -4)) * (n & 2 ? 1 : -1);
+        dvec3 middle = {(double)at.c.x, (double)at.c.y, (double)at.c.z};
+        dvec3 to = dvec3_add(middle, dvec3_scale(across, (double)at.r));
+        ray r = ray_between(dvec3_add(to, across), to);
+        hit found;
+        surface on;
+        accel_trace(s.tree, SNELL_ISA_AUTO, &r, &found, 1, NULL);
+        if (found.instance == NO_ID) continue;
+        setting_surface(&s, &r, &found, &on);
+        met++;
+        uint32_t parts = s.type->primitive_count(&s.desc) / STRANDS;
+        for (int side = -1; side <= 1; side += 2) {
+            wide o = wide_from(surface_offset_origin(&on, side));
+            real away = depth_in(v, found.primitive / parts, o);
+            if (!(side * away > 0)) fail_msg("the next origin is %Lg away, side %d", away, side);
+        }
+    }
+    assert_true(met > rays * 9 / 10);
+    setting_release(&s);
+}
+
 /* No segment shows what another one of its strand has inside: at kinks, also of the radius, they
  * overlap, and a ray that finds both at the same float would take the wrong one. */
 static void strands_have_no_faces_inside(void **state) {
@@ -652,6 +690,7 @@ int main(void) {
         cmocka_unit_test(straight_threads_are_cylinders_with_round_ends),
         cmocka_unit_test(threads_agree_with_a_slow_solver),
         cmocka_unit_test(ribbons_agree_with_a_slow_solver),
+        cmocka_unit_test(beside_a_far_thread_the_origin_stays_on_its_side),
         cmocka_unit_test(strands_have_no_faces_inside),
         cmocka_unit_test(coordinates_run_along_and_around),
         cmocka_unit_test(senseless_curves_are_refused),

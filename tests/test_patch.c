@@ -294,6 +294,56 @@ static void patches_agree_with_a_slow_solver(void **state) {
     setting_release(&s);
 }
 
+/* x of the normal. */
+static real turn_at(const patch_view *v, size_t patch, const real uv[2]) {
+    place at = place_at(v, patch, uv[0], uv[1]);
+    return wide_cross(at.du, at.dv).x;
+}
+
+/* Guards against an origin that is rounded so far along a patch that this bends away under it: next to
+ * places where the normal is at right angles to the axis along which the patch is far. */
+static void beside_a_far_patch_the_origin_stays_on_its_side(void **state) {
+    (void)state;
+    setting s = {.of = &pair, .type = primitive_find("patch")};
+    shared_rng()->state = 12;
+    long met = 0, tries = SANITIZED ? 400 : 4000;
+    for (long n = 0; n < tries; n++) {
+        if (n % 20 == 0) setting_make_at(&s, 1, (dvec3){16384, 0, 0}, (int)(n / 20 % 3));
+        const patch_view *v = (const void *)&s.desc;
+        size_t patch = n & 1;
+        real low[2] = {between(0.02, 0.98), between(0.02, 0.98)},
+             high[2] = {between(0.02, 0.98), between(0.02, 0.98)};
+        bool sign = turn_at(v, patch, low) > 0;
+        if ((turn_at(v, patch, high) > 0) == sign) continue;
+        for (uint32_t i = 4 + rng_below(shared_rng(), 12); i > 0; i--) {
+            real middle[2] = {(low[0] + high[0]) / 2, (low[1] + high[1]) / 2};
+            memcpy((turn_at(v, patch, middle) > 0) == sign ? low : high, middle, sizeof middle);
+        }
+        place at = place_at(v, patch, low[0], low[1]);
+        wide normal = wide_cross(at.du, at.dv);
+        dvec3 way = dvec3_normalize((dvec3){(double)normal.x, (double)normal.y, (double)normal.z}),
+              to = {(double)at.p.x, (double)at.p.y, (double)at.p.z};
+        ray r = ray_between(dvec3_add(to, dvec3_scale(way, n & 2 ? 0.1 : -0.1)), to);
+        hit found;
+        surface on;
+        accel_trace(s.tree, SNELL_ISA_AUTO, &r, &found, 1, NULL);
+        if (found.instance == NO_ID) continue;
+        setting_surface(&s, &r, &found, &on);
+        for (int side = -1; side <= 1; side += 2) {
+            vec3 o = surface_offset_origin(&on, side);
+            sight from = sight_of(v, wide_from(o), wide_from_d(on.n));
+            real u = on.u, t = on.v;
+            if (!newton(from.controls[found.primitive / 16], &u, &t)) continue;
+            place below = place_of(from.controls[found.primitive / 16], u, t);
+            real away = -(below.p.z + from.shift);
+            if (!(side * away > 0)) fail_msg("the next origin is %Lg away, side %d", away, side);
+            met++;
+        }
+    }
+    assert_true(met > tries / 4);
+    setting_release(&s);
+}
+
 static void a_seam_has_no_gap(void **state) {
     (void)state;
     setting s = {.of = &pair, .type = primitive_find("patch")};
@@ -418,6 +468,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(special_patches),
         cmocka_unit_test(patches_agree_with_a_slow_solver),
+        cmocka_unit_test(beside_a_far_patch_the_origin_stays_on_its_side),
         cmocka_unit_test(a_seam_has_no_gap),
         cmocka_unit_test(senseless_patches_are_refused),
     };
