@@ -62,11 +62,17 @@ static void pov_triangle(FILE *f, const corner c[3]) {
     fprintf(f, "}\n");
 }
 
-/* Tachyon is left-handed: x is mirrored. */
+/* Tachyon is left-handed: x is mirrored, and corners change their order, or all would be seen from behind. */
 static void tachyon_triangle(FILE *f, const corner c[3]) {
     fprintf(f, "STRI");
-    for (int i = 0; i < 3; i++) fprintf(f, " V%d %.7g %.7g %.7g", i, -c[i].p.x, c[i].p.y, c[i].p.z);
-    for (int i = 0; i < 3; i++) fprintf(f, " N%d %.5g %.5g %.5g", i, -c[i].n.x, c[i].n.y, c[i].n.z);
+    for (int i = 0; i < 3; i++) {
+        dvec3 p = c[2 - i].p;
+        fprintf(f, " V%d %.7g %.7g %.7g", i, -p.x, p.y, p.z);
+    }
+    for (int i = 0; i < 3; i++) {
+        dvec3 n = c[2 - i].n;
+        fprintf(f, " N%d %.5g %.5g %.5g", i, -n.x, n.y, n.z);
+    }
     fprintf(f, " T\n");
 }
 

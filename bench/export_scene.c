@@ -1,13 +1,16 @@
-/* Writes a scene of spheres, planes and point lights for POV-Ray and Tachyon, so that they draw the
- * same picture: same places, same camera, matte and mirror shares, light that falls off with the
- * square of the distance. What has no counterpart there is an error.
+/* Writes a scene for the programs that bench/renders measures beside snell, so that all draw one picture: the
+ * same places, camera, lights and shares of matte, mirror and glass. What has no counterpart there is an error.
  *
- *     export_scene SCENE.lua OUT.pov OUT.dat */
+ *     export_scene SCENE.lua FOLDER
+ *
+ * FOLDER, which exists, gets scene.pov for POV-Ray; scene.dat for Tachyon, where it can draw the scene; and
+ * scene.json for bench/cycles.py and bench/mitsuba.py, with a mesh-N.ply for each mesh, N from 0. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/api.h"
+#include "geometry/mesh.h"
 
 static void die(const char *what) {
     fprintf(stderr, "export_scene: %s\n", what);
@@ -41,30 +44,65 @@ static dvec3 color_of(const object *o, const char *name) {
 static int whole_of(const object *o, const char *name) {
     return *(const int32_t *)field_at(o, name, FIELD_INT);
 }
+static const object *texture_of(const description *d, const snell_input *in) {
+    if (in->texture.index1 == 0) return NULL;
+    const object *t = &d->objects[CATEGORY_TEXTURE].items[in->texture.index1 - 1];
+    if (strcmp(t->type->name, "checker") != 0) die("only the texture checker is exported");
+    return t;
+}
 static dvec3 plain_input(const object *o, const char *name, field_kind kind) {
     const snell_input *in = field_at(o, name, kind);
-    if (in->texture.index1) die("textures are not exported");
+    if (in->texture.index1) die("a texture there is not exported");
     return dvec3_from(in->value);
 }
+static const object *part_of(const description *d, const object *o, const char *name) {
+    const snell_material_id *part = field_at(o, name, FIELD_MATERIAL);
+    return &d->objects[CATEGORY_MATERIAL].items[part->index1 - 1];
+}
 
-/* ---- what both are told ---- */
+/* ---- what all are told ---- */
 
 typedef struct look {
-    dvec3 color;
-    double matte, mirror; /* shares */
+    dvec3 color, other;   /* of the matte part; other: of a board's second squares */
+    double square;        /* m, their side; 0: one colour */
+    double matte, mirror; /* shares; mirrors are white */
+    double ior;           /* of glass, whose shares are Fresnel's; else 0 */
 } look;
+
+static bool is(const object *o, const char *type) { return strcmp(o->type->name, type) == 0; }
+static bool white(dvec3 c) { return c.x == 1 && c.y == 1 && c.z == 1; }
 
 static look look_of(const description *d, uint32_t number) {
     if (number == NO_MATERIAL) die("a shape without a material is not exported");
     const object *o = &d->objects[CATEGORY_MATERIAL].items[number];
-    if (strcmp(o->type->name, "lambert") == 0)
-        return (look){plain_input(o, "color", FIELD_INPUT), 1, 0};
-    if (strcmp(o->type->name, "partial_mirror") != 0)
-        die("only lambert and partial_mirror are exported");
-    look l = {plain_input(o, "color", FIELD_INPUT), 0, 0};
-    l.mirror = plain_input(o, "specularity", FIELD_SCALAR).x;
+    look l = {.matte = 1};
+    if (is(o, "dielectric")) {
+        l.matte = 0;
+        l.ior = number_of(o, "ior");
+        return l;
+    }
+    if (is(o, "mirror")) {
+        l.mirror = 1;
+    } else if (is(o, "mix")) {
+        l.mirror = plain_input(o, "weight", FIELD_SCALAR).x;
+        if (!is(part_of(d, o, "b"), "mirror")) die("only mixes with a mirror as b are exported");
+        o = part_of(d, o, "a");
+    } else if (is(o, "partial_mirror")) {
+        l.mirror = plain_input(o, "specularity", FIELD_SCALAR).x;
+    }
+    if (!is(o, "lambert") && !is(o, "partial_mirror") && !is(o, "mirror"))
+        die("only lambert, mirror, partial_mirror, mix and dielectric are exported");
+    if (!is(o, "lambert") && !white(plain_input(o, "color", FIELD_INPUT)))
+        die("mirrors have the colour 1 here");
     l.matte = 1 - l.mirror;
-    if (l.color.x != 1 || l.color.y != 1 || l.color.z != 1) die("mirrors have the colour 1 here");
+    const snell_input *color = field_at(o, "color", FIELD_INPUT);
+    const object *board = texture_of(d, color);
+    l.color = l.other = dvec3_from(color->value);
+    if (board) {
+        l.color = dvec3_mul(l.color, color_of(board, "color_a"));
+        l.other = dvec3_mul(l.other, color_of(board, "color_b"));
+        l.square = number_of(board, "size");
+    }
     return l;
 }
 
@@ -79,7 +117,7 @@ static view view_of(const description *d) {
     const object *settings = description_setting(d, "render");
     if (cameras->count != 1 || settings == NULL) die("one camera and render{} are needed");
     const object *c = &cameras->items[0];
-    if (strcmp(c->type->name, "perspective") != 0) die("only perspective cameras are exported");
+    if (!is(c, "perspective")) die("only perspective cameras are exported");
     view v = {.from = vector_of(c, "from")};
     v.forward = dvec3_normalize(dvec3_sub(vector_of(c, "at"), v.from));
     v.right = dvec3_normalize(dvec3_cross(v.forward, vector_of(c, "up")));
@@ -94,15 +132,31 @@ static view view_of(const description *d) {
 
 static const object *drawn_shape(const description *d, size_t i) {
     const instance *at = &d->instances[i];
+    const object *o = &d->objects[CATEGORY_SHAPE].items[at->shape];
     transform identity = transform_identity();
-    if (memcmp(&at->to_world, &identity, sizeof identity) != 0 || at->owner != NO_GROUP ||
-        at->key_count)
-        die("transforms, groups and motion are not exported");
-    return &d->objects[CATEGORY_SHAPE].items[at->shape];
+    if (at->owner != NO_GROUP || at->key_count || object_is_group(o))
+        die("groups and motion are not exported");
+    if (!is(o, "mesh") && memcmp(&at->to_world, &identity, sizeof identity) != 0)
+        die("only meshes are exported with a transform");
+    return o;
 }
 
+/* A vertex of a mesh where it is drawn; false: it has no normals, and *n is not set. */
+static bool vertex_of(const mesh_desc *mesh, const instance *at, size_t i, dvec3 *p, dvec3 *n) {
+    transform inverse;
+    if (!transform_inverse(&at->to_world, &inverse)) die("a mesh is flattened");
+    if (mesh->material_slots_count || mesh->key_times_count)
+        die("a mesh has one material and one key here");
+    *p = transform_point(&at->to_world, dvec3_from(mesh->positions[i]));
+    if (mesh->normals_count == 0) return false;
+    *n = dvec3_normalize(transform_normal(&inverse, dvec3_from(mesh->normals[i])));
+    return true;
+}
+
+static bool is_point(const object *o) { return is(o, "point"); }
+
 static dvec3 light_of(const object *o, dvec3 *position) {
-    if (strcmp(o->type->name, "point") != 0) die("only point lights are exported");
+    if (!is_point(o)) die("only point lights are exported for POV-Ray and Tachyon");
     *position = vector_of(o, "position");
     dvec3 intensity = color_of(o, "intensity");
     return dvec3_scale(intensity, 1 / 3.14159265358979); /* their matte surfaces lack 1 / pi */
@@ -110,16 +164,58 @@ static dvec3 light_of(const object *o, dvec3 *position) {
 
 /* ---- POV-Ray ---- */
 
-static void pov_shape(FILE *f, const object *o) {
-    if (strcmp(o->type->name, "sphere") == 0) {
+static void pov_mesh(FILE *f, const mesh_desc *mesh, const instance *at) {
+    dvec3 p, n;
+    fprintf(f, "mesh2{vertex_vectors{%zu", mesh->positions_count);
+    for (size_t i = 0; i < mesh->positions_count; i++) {
+        vertex_of(mesh, at, i, &p, &n);
+        fprintf(f, ",<%.7g,%.7g,%.7g>", p.x, p.y, p.z);
+    }
+    if (mesh->normals_count) fprintf(f, "}\nnormal_vectors{%zu", mesh->normals_count);
+    for (size_t i = 0; i < mesh->normals_count; i++) {
+        vertex_of(mesh, at, i, &p, &n);
+        fprintf(f, ",<%.5g,%.5g,%.5g>", n.x, n.y, n.z);
+    }
+    fprintf(f, "}\nface_indices{%zu", mesh_triangle_count(mesh));
+    for (size_t i = 0; i < mesh->indices_count; i += 3)
+        fprintf(f, ",<%u,%u,%u>", mesh->indices[i], mesh->indices[i + 1], mesh->indices[i + 2]);
+    fprintf(f, "} ");
+}
+
+/* Its checker's planes are moved out of the floor's, as snell's are. */
+static void pov_shape(FILE *f, const object *o, const instance *at, const look *l) {
+    dvec3 n = {0, 0, 0};
+    if (is(o, "mesh")) {
+        pov_mesh(f, o->desc, at);
+    } else if (is(o, "sphere")) {
         dvec3 c = vector_of(o, "center");
         fprintf(f, "sphere{<%.9g,%.9g,%.9g>,%.9g ", c.x, c.y, c.z, number_of(o, "radius"));
-    } else if (strcmp(o->type->name, "plane") == 0) {
-        dvec3 n = vector_of(o, "normal");
+    } else if (is(o, "plane")) {
+        n = vector_of(o, "normal");
         fprintf(f, "plane{<%.9g,%.9g,%.9g>,%.9g ", n.x, n.y, n.z,
                 dvec3_dot(n, vector_of(o, "point")));
     } else
-        die("only spheres and planes are exported");
+        die("only spheres, planes and meshes are exported");
+    n = dvec3_scale(n, 1e-4 * l->square);
+    fprintf(f, "texture{M%u translate <%.9g,%.9g,%.9g>}", at->material, n.x, n.y, n.z);
+    if (l->ior > 0) fprintf(f, " interior{ior %.9g}", l->ior);
+    fprintf(f, "}\n");
+}
+
+static void pov_look(FILE *f, const look *l, size_t number) {
+    dvec3 a = l->color, b = l->other;
+    fprintf(f, "#declare M%zu=texture{pigment{", number);
+    if (l->ior > 0)
+        fprintf(f, "color rgbt 1} finish{diffuse 0 reflection{0,1 fresnel on} conserve_energy}");
+    else if (l->square > 0)
+        fprintf(f,
+                "checker color rgb <%.9g,%.9g,%.9g> color rgb <%.9g,%.9g,%.9g> scale %.9g} "
+                "finish{diffuse %.9g",
+                a.x, a.y, a.z, b.x, b.y, b.z, l->square, l->matte);
+    else
+        fprintf(f, "color rgb <%.9g,%.9g,%.9g>} finish{diffuse %.9g", a.x, a.y, a.z, l->matte);
+    if (l->mirror > 0) fprintf(f, " reflection %.9g", l->mirror);
+    fprintf(f, "%s}\n", l->ior > 0 ? "" : "}");
 }
 
 /* Light falls off as 2 / (1 + (d / near)^2). */
@@ -153,31 +249,43 @@ static void write_pov(FILE *f, const description *d) {
     pov_lights(f, d);
     for (size_t i = 0; i < d->objects[CATEGORY_MATERIAL].count; i++) {
         look l = look_of(d, (uint32_t)i);
-        fprintf(f, "#declare M%zu=texture{pigment{color rgb <%.9g,%.9g,%.9g>} finish{diffuse %.9g",
-                i, l.color.x, l.color.y, l.color.z, l.matte);
-        if (l.mirror > 0) fprintf(f, " reflection %.9g", l.mirror);
-        fprintf(f, "}}\n");
+        pov_look(f, &l, i);
     }
     for (size_t i = 0; i < d->instance_count; i++) {
-        pov_shape(f, drawn_shape(d, i));
-        look_of(d, d->instances[i].material);
-        fprintf(f, "texture{M%u}}\n", d->instances[i].material);
+        look l = look_of(d, d->instances[i].material);
+        pov_shape(f, drawn_shape(d, i), &d->instances[i], &l);
     }
 }
 
-/* ---- Tachyon: left-handed, so x is mirrored ---- */
+/* ---- Tachyon: left-handed, so x is mirrored, and corners change their order ---- */
 
-static void tachyon_shape(FILE *f, const object *o) {
-    if (strcmp(o->type->name, "sphere") == 0) {
+static void tachyon_mesh(FILE *f, const mesh_desc *mesh, const instance *at) {
+    for (size_t t = 0; t < mesh->indices_count; t += 3) {
+        dvec3 p[3], n[3];
+        bool smooth = false;
+        for (size_t i = 0; i < 3; i++)
+            smooth = vertex_of(mesh, at, mesh->indices[t + 2 - i], &p[i], &n[i]);
+        fprintf(f, smooth ? "STRI" : "TRI");
+        for (int i = 0; i < 3; i++) fprintf(f, " V%d %.7g %.7g %.7g", i, -p[i].x, p[i].y, p[i].z);
+        for (int i = 0; i < 3 && smooth; i++)
+            fprintf(f, " N%d %.5g %.5g %.5g", i, -n[i].x, n[i].y, n[i].z);
+        fprintf(f, " M%u\n", at->material);
+    }
+}
+
+static void tachyon_shape(FILE *f, const object *o, const instance *at) {
+    if (is(o, "mesh")) {
+        tachyon_mesh(f, o->desc, at);
+    } else if (is(o, "sphere")) {
         dvec3 c = vector_of(o, "center");
-        fprintf(f, "SPHERE CENTER %.9g %.9g %.9g RAD %.9g ", -c.x, c.y, c.z,
-                number_of(o, "radius"));
-    } else if (strcmp(o->type->name, "plane") == 0) {
+        fprintf(f, "SPHERE CENTER %.9g %.9g %.9g RAD %.9g M%u\n", -c.x, c.y, c.z,
+                number_of(o, "radius"), at->material);
+    } else if (is(o, "plane")) {
         dvec3 p = vector_of(o, "point"), n = vector_of(o, "normal");
-        fprintf(f, "PLANE CENTER %.9g %.9g %.9g NORMAL %.9g %.9g %.9g ", -p.x, p.y, p.z, -n.x, n.y,
-                n.z);
+        fprintf(f, "PLANE CENTER %.9g %.9g %.9g NORMAL %.9g %.9g %.9g M%u\n", -p.x, p.y, p.z, -n.x,
+                n.y, n.z, at->material);
     } else
-        die("only spheres and planes are exported");
+        die("only spheres, planes and meshes are exported");
 }
 
 /* Its rays pass through corners of the pixels: half a pixel to the lower left makes that centres. */
@@ -219,25 +327,128 @@ static void write_tachyon(FILE *f, const description *d) {
                 i, l.matte, l.mirror, l.color.x, l.color.y, l.color.z);
     }
     for (size_t i = 0; i < d->instance_count; i++) {
-        tachyon_shape(f, drawn_shape(d, i));
         look_of(d, d->instances[i].material);
-        fprintf(f, "M%u\n", d->instances[i].material);
+        tachyon_shape(f, drawn_shape(d, i), &d->instances[i]);
     }
     fprintf(f, "END_SCENE\n");
 }
 
-typedef void write_fn(FILE *f, const description *d);
+/* It refracts nothing, and has neither boards nor lamps with an area. */
+static bool tachyon_can(const description *d) {
+    for (size_t i = 0; i < d->objects[CATEGORY_MATERIAL].count; i++) {
+        look l = look_of(d, (uint32_t)i);
+        if (l.ior > 0 || l.square > 0) return false;
+    }
+    return true;
+}
 
-static void write_file(const char *path, const description *d, write_fn *write) {
-    FILE *f = fopen(path, "w");
+/* ---- Cycles and Mitsuba: JSON and PLY ---- */
+
+static void json_vector(FILE *f, const char *name, dvec3 v) {
+    fprintf(f, "\"%s\": [%.9g, %.9g, %.9g], ", name, v.x, v.y, v.z);
+}
+
+static void json_light(FILE *f, const object *o) {
+    if (is_point(o)) {
+        json_vector(f, "position", vector_of(o, "position"));
+        json_vector(f, "intensity", color_of(o, "intensity"));
+    } else if (is(o, "quad") && number_of(o, "width") == 0) {
+        json_vector(f, "corner", vector_of(o, "corner"));
+        json_vector(f, "u", vector_of(o, "u"));
+        json_vector(f, "v", vector_of(o, "v"));
+        json_vector(f, "radiance", color_of(o, "radiance"));
+    } else
+        die("only point lights and quads by a corner are exported");
+}
+
+static void write_ply(FILE *f, const mesh_desc *mesh, const instance *at) {
+    fprintf(f,
+            "ply\nformat binary_little_endian 1.0\nelement vertex %zu\nproperty float x\n"
+            "property float y\nproperty float z\n%selement face %zu\n"
+            "property list uchar int vertex_indices\nend_header\n",
+            mesh->positions_count,
+            mesh->normals_count ? "property float nx\nproperty float ny\nproperty float nz\n" : "",
+            mesh_triangle_count(mesh));
+    for (size_t i = 0; i < mesh->positions_count; i++) {
+        dvec3 p, n;
+        bool smooth = vertex_of(mesh, at, i, &p, &n);
+        vec3 row[2] = {vec3_from(p), smooth ? vec3_from(n) : vec3_from(p)};
+        fwrite(row, sizeof *row, smooth ? 2 : 1, f);
+    }
+    for (size_t i = 0; i < mesh->indices_count; i += 3) {
+        putc(3, f);
+        fwrite(&mesh->indices[i], sizeof *mesh->indices, 3, f);
+    }
+}
+
+static FILE *create(const char *folder, const char *name) {
+    char path[4096];
+    if (snprintf(path, sizeof path, "%s/%s", folder, name) >= (int)sizeof path)
+        die("the folder's name is too long");
+    FILE *f = fopen(path, "wb");
     if (f == NULL) die("a file cannot be written");
-    write(f, d);
-    if (ferror(f) || fclose(f)) die("a file cannot be written");
+    return f;
+}
+static void finish(FILE *f) {
+    if (ferror(f) | fclose(f)) die("a file cannot be written");
+}
+
+static void json_shape(FILE *f, const object *o, const instance *at, const char *folder,
+                       int *meshes) {
+    if (is(o, "mesh")) {
+        char name[32];
+        snprintf(name, sizeof name, "mesh-%d.ply", (*meshes)++);
+        FILE *ply = create(folder, name);
+        write_ply(ply, o->desc, at);
+        finish(ply);
+        fprintf(f, "\"mesh\": \"%s\", ", name);
+    } else if (is(o, "sphere")) {
+        json_vector(f, "center", vector_of(o, "center"));
+        fprintf(f, "\"radius\": %.9g, ", number_of(o, "radius"));
+    } else if (is(o, "plane")) {
+        json_vector(f, "point", vector_of(o, "point"));
+        json_vector(f, "normal", vector_of(o, "normal"));
+    }
+    fprintf(f, "\"material\": %u}", at->material);
+}
+
+static void write_json(FILE *f, const description *d, const char *folder) {
+    view v = view_of(d);
+    const object *camera = &d->objects[CATEGORY_CAMERA].items[0];
+    const object *background = description_setting(d, "background");
+    fprintf(f, "{\"width\": %d, \"height\": %d, \"depth\": %d, \"fov\": %.9g, ", v.width, v.height,
+            v.depth, 2 * atan(v.half_height) * 180 / 3.14159265358979);
+    json_vector(f, "from", v.from);
+    json_vector(f, "at", vector_of(camera, "at"));
+    json_vector(f, "up", vector_of(camera, "up"));
+    json_vector(f, "background", background ? color_of(background, "color") : (dvec3){0, 0, 0});
+    const char *between = "\"lights\": [\n{";
+    for (size_t i = 0; i < d->objects[CATEGORY_LIGHT].count; i++, between = ",\n{") {
+        fprintf(f, "%s", between);
+        json_light(f, &d->objects[CATEGORY_LIGHT].items[i]);
+        fprintf(f, "\"number\": %zu}", i);
+    }
+    between = "],\n\"materials\": [\n{";
+    for (size_t i = 0; i < d->objects[CATEGORY_MATERIAL].count; i++, between = ",\n{") {
+        look l = look_of(d, (uint32_t)i);
+        fprintf(f, "%s", between);
+        json_vector(f, "color", l.color);
+        json_vector(f, "other", l.other);
+        fprintf(f, "\"square\": %.9g, \"matte\": %.9g, \"mirror\": %.9g, \"ior\": %.9g}", l.square,
+                l.matte, l.mirror, l.ior);
+    }
+    between = "],\n\"shapes\": [\n{";
+    int meshes = 0;
+    for (size_t i = 0; i < d->instance_count; i++, between = ",\n{") {
+        fprintf(f, "%s", between);
+        json_shape(f, drawn_shape(d, i), &d->instances[i], folder, &meshes);
+    }
+    fprintf(f, "]}\n");
 }
 
 int main(int argc, char **argv) {
-    if (argc != 4) {
-        fprintf(stderr, "usage: export_scene SCENE.lua OUT.pov OUT.dat\n");
+    if (argc != 3) {
+        fprintf(stderr, "usage: export_scene SCENE.lua FOLDER\n");
         return 2;
     }
     snell_context *context;
@@ -245,8 +456,21 @@ int main(int argc, char **argv) {
     check(snell_context_create(NULL, &context));
     check(snell_scene_create(context, &s));
     check(snell_scene_load(s, argv[1], NULL));
-    write_file(argv[2], s->description, write_pov);
-    write_file(argv[3], s->description, write_tachyon);
+    const description *d = s->description;
+    const object_list *lights = &d->objects[CATEGORY_LIGHT];
+    bool points = true; /* a scene of lamps with an area is for path tracers alone */
+    for (size_t i = 0; i < lights->count; i++) points = points && is_point(&lights->items[i]);
+    FILE *f = create(argv[2], "scene.json");
+    write_json(f, d, argv[2]);
+    finish(f);
+    if (points) {
+        write_pov(f = create(argv[2], "scene.pov"), d);
+        finish(f);
+    }
+    if (points && tachyon_can(d)) {
+        write_tachyon(f = create(argv[2], "scene.dat"), d);
+        finish(f);
+    }
     snell_scene_destroy(s);
     snell_context_destroy(context);
     return 0;

@@ -1,10 +1,11 @@
 /* How far two pictures of one size are apart: the mean difference of their linear values, 0 to 1, pixel
  * by pixel and after averaging blocks of pixels, in which edges that fall on other sides of a sample
- * even out.
+ * even out; and the noise of one picture, where the two differ by chance alone: the root of the mean square of their
+ * pixels' difference, over the root of 2.
  *
  *     picture_difference [--block N] [--linear] A [--linear] B
  *
- * Files of 8 bits; --linear: the next one's bytes are linear, not sRGB. Prints "PIXELS BLOCKS". */
+ * Files of 8 bits; --linear: the next one's bytes are linear, not sRGB. Prints "PIXELS BLOCKS NOISE". */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -57,6 +58,17 @@ static double mean_difference(const picture *a, const picture *b, uint32_t block
     return sum / count;
 }
 
+static double noise(const picture *a, const picture *b) {
+    double sum = 0, count = 3.0 * a->width * a->height;
+    for (uint32_t y = 0; y < a->height; y++)
+        for (uint32_t x = 0; x < a->width; x++)
+            for (uint32_t c = 0; c < 3; c++) {
+                double difference = value_at(a, x, y, c) - value_at(b, x, y, c);
+                sum += difference * difference;
+            }
+    return sqrt(sum / count / 2);
+}
+
 int main(int argc, char **argv) {
     picture pictures[2] = {{.path = NULL}, {.path = NULL}};
     uint64_t block = 16;
@@ -80,8 +92,9 @@ int main(int argc, char **argv) {
     for (int i = 0; i < 2; i++) read_picture(context, &pictures[i]);
     if (pictures[0].width != pictures[1].width || pictures[0].height != pictures[1].height)
         die(pictures[1].path, "has another size");
-    printf("%.5f %.5f\n", mean_difference(&pictures[0], &pictures[1], 1),
-           mean_difference(&pictures[0], &pictures[1], (uint32_t)block));
+    printf("%.5f %.5f %.5f\n", mean_difference(&pictures[0], &pictures[1], 1),
+           mean_difference(&pictures[0], &pictures[1], (uint32_t)block),
+           noise(&pictures[0], &pictures[1]));
     for (int i = 0; i < 2; i++) snell_film_destroy(pictures[i].film);
     snell_context_destroy(context);
     return 0;

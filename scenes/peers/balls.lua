@@ -1,7 +1,7 @@
 -- The sphereflake as the other ray tracers see it
 --
 -- 7,381 balls, matte and mirror by halves, over a floor, and three lamps: nothing that POV-Ray and
--- Tachyon do not have as well, so that all draw one picture. bench/peers exports it and times them.
+-- Tachyon do not have as well, so that all draw one picture. bench/renders exports it and times them.
 -- Z is up. Try:  snell scenes/peers/balls.lua -D depth=5
 
 local depth = param("depth", 4, "levels of balls around balls")
