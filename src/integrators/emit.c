@@ -137,7 +137,6 @@ static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const 
         dvec3 end = dvec3_add(p->p, from->to_end);
         s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
     }
-    s->length = dvec3_length(dvec3_from(s->ray.d));
     s->ray.mask = MASK_OPAQUE | MASK_LIGHT;
     s->ray.time = r->ray.time;
     w->stats.shadow_rays++;

@@ -64,13 +64,13 @@ static dvec3 surface_filter(wave *w, const shade_point *p, bool met, media *m) {
 static dvec3 shadow_filter(wave *w, shadow_ray *r) {
     const scene *s = w->settings.scene;
     dvec3 through = {1, 1, 1};
-    double from = 0;
+    double from = 0, length = dvec3_length(dvec3_from(r->ray.d)); /* metres */
     r->ray.mask = MASK_FILTER | (r->met ? MASK_NO_SHADOW : 0u);
     for (int step = 0; step < FILTER_STEPS_MAX; step++) {
         hit h;
         accel_trace(s->accel, w->settings.isa, &r->ray, &h, 1, &w->stats.counters);
         double end = h.instance == NO_ID ? (double)r->ray.t_max : (double)h.t;
-        through = dvec3_mul(through, media_transmittance(&r->media, s, (end - from) * r->length));
+        through = dvec3_mul(through, media_transmittance(&r->media, s, (end - from) * length));
         if (h.instance == NO_ID) return through;
         shade_point p;
         scene_shade_point(s, &r->ray, &h, &p);

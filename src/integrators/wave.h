@@ -10,7 +10,6 @@ typedef struct shadow_ray {
     ray ray;
     vec3 light; /* weighted */
     uint32_t pixel;
-    double length; /* of ray.d, metres */
     bool met;      /* a path could find this light by itself: `shadow = "none"` hides nothing */
     media media;
 } shadow_ray;
