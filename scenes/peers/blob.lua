@@ -1,8 +1,8 @@
 -- A million triangles as the other ray tracers see them: a lumpy ball over a half mirror
 --
 -- 1,000,000 smooth triangles, two lamps: nothing that POV-Ray, Tachyon and Cycles do not have as well.
--- bench/renders exports it and times them. They read the triangles from files, and so does snell there:
--- file = "blob.ply", which has what this program makes, bit for bit.
+-- bench/renders exports it and times them. They read the triangles from files, and so does snell there
+-- (file), since it is reading, not making them, that is compared.
 -- Z is up. Try:  snell scenes/peers/blob.lua -D around=200
 
 local around = param("around", 1000, "corners around the ball; half as many rings between its poles")
