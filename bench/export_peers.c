@@ -62,7 +62,8 @@ static void pov_triangle(FILE *f, const corner c[3]) {
     fprintf(f, "}\n");
 }
 
-/* Tachyon is left-handed: x is mirrored, and corners change their order, or all would be seen from behind. */
+/* Tachyon is left-handed: x is mirrored, and corners change their order, or all would be seen from
+ * behind. */
 static void tachyon_triangle(FILE *f, const corner c[3]) {
     fprintf(f, "STRI");
     for (int i = 0; i < 3; i++) {

@@ -1,10 +1,12 @@
-/* Writes a scene for the programs that bench/renders measures beside snell, so that all draw one picture: the
- * same places, camera, lights and shares of matte, mirror and glass. What has no counterpart there is an error.
+/* Writes a scene for the programs that bench/renders measures beside snell, so that all draw one
+ * picture: the same places, camera, lights and shares of matte, mirror and glass. What has no
+ * counterpart there is an error.
  *
  *     export_scene SCENE.lua FOLDER
  *
- * FOLDER, which exists, gets scene.pov for POV-Ray; scene.dat for Tachyon, where it can draw the scene; and
- * scene.json for bench/cycles.py and bench/mitsuba.py, with a mesh-N.ply for each mesh, N from 0. */
+ * FOLDER, which exists, gets scene.pov for POV-Ray; scene.dat for Tachyon, where it can draw the
+ * scene; and scene.json for bench/render_cycles.py and bench/render_mitsuba.py, with a mesh-N.ply
+ * for each mesh, N from 0. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -257,7 +259,7 @@ static void write_pov(FILE *f, const description *d) {
     }
 }
 
-/* ---- Tachyon: left-handed, so x is mirrored, and corners change their order ---- */
+/* ---- Tachyon: left-handed, so x is mirrored, and corners change order ---- */
 
 static void tachyon_mesh(FILE *f, const mesh_desc *mesh, const instance *at) {
     for (size_t t = 0; t < mesh->indices_count; t += 3) {

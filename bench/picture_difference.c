@@ -1,7 +1,7 @@
 /* How far two pictures of one size are apart: the mean difference of their linear values, 0 to 1, pixel
  * by pixel and after averaging blocks of pixels, in which edges that fall on other sides of a sample
- * even out; and the noise of one picture, where the two differ by chance alone: the root of the mean square of their
- * pixels' difference, over the root of 2.
+ * even out; and the noise of one picture, where the two differ by chance alone: the root of the mean
+ * square of their pixels' difference, over the root of 2.
  *
  *     picture_difference [--block N] [--linear] A [--linear] B
  *
