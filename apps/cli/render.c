@@ -10,275 +10,37 @@
 #include "progress.h"
 #include "report.h"
 #include "session.h"
+#include "stage.h"
 #include "tag.h"
 #include "text.h"
 #include "values.h"
 
-/* The direction (1, .6, 1.4) of a model that brings no camera, as azimuth atan2(1, 1.4) and
- * elevation atan(.6 / sqrt(1 + 1.4^2)). */
-static const float default_view[2] = {0.62024949f, 0.33555448f};
-static const float default_fov = 0.69813170f; /* 40 degrees */
-
 typedef struct job {
-    const options *options;
-    const render_values *values;
-    session *session;
-    const char *input; /* as typed */
+    stage stage;
     output output;
-    snell_scene *scene;
     snell_film *film;
-    snell_render_desc desc;
-    snell_view view;
     snell_render_stats stats;
-    const char *studio; /* what it added */
-    char added[96];
     char *partial;
     bool rendered;
     double load, build, render, write;
 } job;
 
-static int status_of(const job *j, snell_status status) {
-    if (signals_caught() != 0) return EXIT_SOME_FAILED;
-    return status == SNELL_OK ? EXIT_DONE : report_status(status, session_label(j->input));
-}
-
-/* ---- the picture's settings ---- */
-
-static uint32_t scaled(uint32_t side, uint32_t numerator, uint32_t denominator) {
-    uint64_t value = ((uint64_t)side * numerator + denominator / 2) / denominator;
-    return value < 1 ? 1 : value > UINT32_MAX ? UINT32_MAX : (uint32_t)value;
-}
-
-static int apply_size(job *j) {
-    const render_values *v = j->values;
-    snell_render_desc *d = &j->desc;
-    uint32_t width = d->width, height = d->height;
-    if (v->percent > 0) {
-        double w = width * v->percent / 100 + 0.5, h = height * v->percent / 100 + 0.5;
-        d->width = w < 1 ? 1 : w > 1e9 ? 1000000000 : (uint32_t)w;
-        d->height = h < 1 ? 1 : h > 1e9 ? 1000000000 : (uint32_t)h;
-    } else if (v->width > 0 && v->height > 0) {
-        d->width = v->width;
-        d->height = v->height;
-    } else if (v->width > 0) {
-        d->width = v->width;
-        d->height = scaled(v->width, height, width);
-    } else if (v->height > 0) {
-        d->height = v->height;
-        d->width = scaled(v->height, width, height);
-    }
-    if (d->width > IMAGE_SIDE_MAX || d->height > IMAGE_SIDE_MAX ||
-        (uint64_t)d->width * d->height > (1u << 30)) {
-        return report_usage("sides up to 65536, 2^30 pixels in all",
-                            "--size: %" PRIu32 "x%" PRIu32 " is too large", d->width, d->height);
-    }
-    if (v->has_crop) {
-        if (v->crop_x + v->crop_width > d->width || v->crop_y + v->crop_height > d->height) {
-            return report_usage(NULL, "--crop: %s lies outside the picture of %" PRIu32 "x%" PRIu32,
-                                j->options->value[OPT_CROP], d->width, d->height);
-        }
-        d->crop_x = v->crop_x;
-        d->crop_y = v->crop_y;
-        d->crop_width = v->crop_width;
-        d->crop_height = v->crop_height;
-    }
-    return EXIT_DONE;
-}
-
-static int apply_settings(job *j) {
-    const render_values *v = j->values;
-    snell_render_desc *d = &j->desc;
-    *d = (snell_render_desc){.struct_size = sizeof *d};
-    int code = status_of(j, snell_scene_settings(j->scene, v->integrator, d));
-    if (code != EXIT_DONE) return code;
-    if (v->samples > 0) {
-        d->samples = v->samples;
-        d->pixel_center = v->samples == 1;
-    }
-    if (v->has_max_depth) d->max_depth = v->max_depth;
-    if (v->has_min_weight) d->min_weight = v->min_weight;
-    if (v->has_seed) d->seed = v->seed;
-    if (v->transparent) d->transparent = true;
-    if (v->has_filter) { /* another filter has another radius */
-        if (v->filter != d->filter) d->filter_radius = 0;
-        d->filter = v->filter;
-    }
-    if (v->filter_radius > 0) d->filter_radius = v->filter_radius;
-    d->progress = progress_report;
-    return apply_size(j);
-}
-
-/* ---- the camera ---- */
-
-static int no_camera(const job *j, uint32_t count, const char *wanted) {
-    const char *names[64];
-    size_t used = 0;
-    snell_object_info info;
-    char hint[200];
-    for (uint32_t i = 0; i < count && used < 64; i++) {
-        if (snell_scene_get_camera(j->scene, i, &info, NULL) == SNELL_OK) names[used++] = info.name;
-    }
-    const char *near = text_closest(wanted, names, used);
-    if (near != NULL)
-        snprintf(hint, sizeof hint, "did you mean '%.120s'?", near);
-    else
-        snprintf(hint, sizeof hint, "it has %" PRIu32 "; 'snell info' lists them", count);
-    return report_usage(hint, "--camera: %s has no camera '%s'", session_label(j->input), wanted);
-}
-
-static int choose_camera(job *j, uint32_t count) {
-    const char *wanted = j->options->value[OPT_CAMERA];
-    uint64_t number = 0;
-    if (wanted == NULL) return EXIT_DONE;
-    for (uint32_t i = 0; i < count; i++) {
-        snell_object_info info;
-        snell_camera_id id;
-        int code = status_of(j, snell_scene_get_camera(j->scene, i, &info, &id));
-        if (code != EXIT_DONE) return code;
-        if (strcmp(info.name, wanted) != 0) continue;
-        j->desc.camera = id;
-        return EXIT_DONE;
-    }
-    if (!text_uint(wanted, 1, count, &number)) return no_camera(j, count, wanted);
-    snell_object_info info;
-    return status_of(
-        j, snell_scene_get_camera(j->scene, (uint32_t)(number - 1), &info, &j->desc.camera));
-}
-
-/* Frames everything, for --view and for files without a camera; where there are only planes, a
- * box around the origin. */
-static int frame_all(job *j) {
-    const render_values *v = j->values;
-    const float *at = v->has_view ? v->view : default_view;
-    snell_bounds bounds;
-    int code = status_of(j, snell_scene_bounds(j->scene, &bounds));
-    if (code != EXIT_DONE) return code;
-    j->view = SNELL_INIT(view);
-    j->view.fov = v->fov > 0 ? v->fov : default_fov;
-    float aspect = (float)j->desc.width / (float)j->desc.height;
-    return status_of(j, snell_view_frame(&j->view, &bounds, at[0], at[1], aspect));
-}
-
-/* A file without a camera gets one, so that the studio lights for it; a file's own gives way to
- * --view by value, and --fov changes no more than its angle. */
-static int choose_view(job *j, bool own_camera) {
-    const render_values *v = j->values;
-    int code = EXIT_DONE;
-    if (v->has_view || !own_camera) {
-        code = frame_all(j);
-    } else if (v->fov > 0) {
-        code = status_of(j, snell_scene_get_view(j->scene, j->desc.camera, &j->view));
-        j->view.fov = v->fov;
-    } else {
-        return EXIT_DONE;
-    }
-    j->desc.view = &j->view;
-    if (code == EXIT_DONE && !own_camera) {
-        snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
-        camera.from = j->view.from;
-        camera.at = j->view.at;
-        camera.up = j->view.up;
-        camera.fov = j->view.fov;
-        code = status_of(j, snell_scene_add_perspective_camera(j->scene, &camera, &j->desc.camera));
-    }
-    return code;
-}
-
-/* ---- load and light ---- */
-
-/* What the file lacked; a background that the command line gave was not added by the studio. */
-static void say_added(job *j, bool own_camera) {
-    static const char background[] = "background";
-    char studio[64];
-    snprintf(studio, sizeof studio, "%s", j->studio == NULL ? "" : j->studio);
-    size_t length = strlen(studio), cut = sizeof background - 1;
-    if (j->values->has_background && length >= cut &&
-        strcmp(studio + length - cut, background) == 0) {
-        studio[length > cut + 2 ? length - cut - 2 : 0] = '\0';
-    }
-    snprintf(j->added, sizeof j->added, "%s%s%s", own_camera ? "" : "camera",
-             own_camera || studio[0] == '\0' ? "" : ", ", studio);
-    if (j->added[0] != '\0') {
-        const char *slash = strrchr(j->input, '/');
-        report_note("added: %s (%s has none)", j->added,
-                    session_label(slash != NULL && slash[1] != '\0' ? slash + 1 : j->input));
-    }
-}
-
-/* --light none leaves the studio out: what is dark then should not surprise. */
-static void warn_of_darkness(const job *j, const snell_scene_stats *s) {
-    bool lit = s->light_count > 0 || s->has_emission || s->has_ambient || s->has_background;
-    if (!j->values->light_none || lit || j->values->has_background) return;
-    report_warning("leave out --light none, or give the file a light",
-                   "%s has no light: the picture will be black", session_label(j->input));
-}
-
-/* A model made elsewhere may look past what matters; -v says how to see all of it. */
-static void say_camera(const job *j, const snell_scene_stats *s) {
-    if (report_level() < LEVEL_VERBOSE || s->camera_count == 0 || j->values->has_view) return;
-    if (strcmp(s->format, "lua") == 0) return;
-    report_note("seen by the file's own camera; --view iso frames the whole model");
-}
-
-static int commit(job *j) {
-    return status_of(j, snell_scene_commit(j->scene, progress_report, NULL));
-}
-
-/* The ground comes after the framing: it is larger than what stands on it. The background comes
- * after the studio, which takes one for a sign that the scene is lit. */
-static int dress(job *j) {
-    const render_values *v = j->values;
-    snell_instance_id id;
-    int code = EXIT_DONE;
-    if (!v->light_none) {
-        const float *from = v->has_view ? v->view : NULL;
-        code = status_of(j, snell_scene_add_studio(j->scene, from, &j->studio));
-    }
-    if (code == EXIT_DONE && v->has_background) {
-        code = status_of(j, snell_scene_set_background(j->scene, v->background, 1));
-    }
-    if (code == EXIT_DONE && v->has_ground) {
-        code = status_of(j, snell_scene_add_ground(j->scene, v->ground, &id));
-    }
-    return code;
-}
-
-static int prepare(job *j) {
-    snell_scene_stats stats = {.struct_size = sizeof stats};
-    int code = status_of(j, snell_scene_get_stats(j->scene, &stats));
-    bool own_camera = stats.camera_count > 0;
-    if (code == EXIT_DONE && stats.instance_count == 0 && !own_camera) {
-        code = report_error(EXIT_INPUT, "it has neither shapes nor a camera",
-                            "%s: there is nothing to see", session_label(j->input));
-    }
-    if (code == EXIT_DONE) code = apply_settings(j);
-    if (code == EXIT_DONE) code = choose_camera(j, stats.camera_count);
-    if (code == EXIT_DONE) code = choose_view(j, own_camera);
-    if (code == EXIT_DONE) code = dress(j);
-    if (code == EXIT_DONE) code = commit(j);
-    if (code == EXIT_DONE) {
-        warn_of_darkness(j, &stats);
-        say_camera(j, &stats);
-        say_added(j, own_camera);
-    }
-    return code == EXIT_DONE ? report_strict() : code;
-}
-
 /* ---- render and write ---- */
 
 static snell_image_desc image_settings(const job *j) {
     snell_image_desc image = SNELL_INIT(image_desc);
-    image.tonemap = j->options->value[OPT_TONEMAP];
-    image.exposure = j->values->exposure;
-    image.exposure_set = j->values->has_exposure;
+    image.tonemap = j->stage.options->value[OPT_TONEMAP];
+    image.exposure = j->stage.values->exposure;
+    image.exposure_set = j->stage.values->has_exposure;
     return image;
 }
 
 static int write_picture(job *j, bool partial) {
     snell_image_desc image = image_settings(j);
     char *tag = NULL;
-    if (j->options->value[OPT_STRIP] == NULL) {
-        tag = tag_make(j->options, j->input, &j->desc, j->film, j->session->frame, partial);
+    if (j->stage.options->value[OPT_STRIP] == NULL) {
+        tag = tag_make(j->stage.options, j->stage.input, &j->stage.desc, j->film,
+                       j->stage.session->frame, partial);
         if (tag == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
     }
     image.tag = tag;
@@ -290,12 +52,12 @@ static int write_picture(job *j, bool partial) {
 
 static int render_and_write(job *j) {
     double start = progress_seconds();
-    snell_status status = snell_render(j->scene, &j->desc, j->film);
+    snell_status status = snell_render(j->stage.scene, &j->stage.desc, j->film);
     j->render = progress_seconds() - start;
     j->stats = (snell_render_stats){.struct_size = sizeof j->stats};
     bool stopped = status == SNELL_CANCELLED;
     if (status != SNELL_OK && !stopped) {
-        return report_status(status, session_label(j->input));
+        return report_status(status, session_label(j->stage.input));
     }
     snell_status counted = snell_film_get_stats(j->film, &j->stats);
     if (counted != SNELL_OK) return report_status(counted, NULL);
@@ -314,16 +76,16 @@ static int render_and_write(job *j) {
 }
 
 static int run_job(job *j) {
-    int code = output_plan(&j->output, j->options, j->input,
-                           j->values->many_frames ? j->session->frame : 0);
-    if (code == EXIT_DONE) code = session_load(j->session, j->input, &j->scene);
+    int code = output_plan(&j->output, j->stage.options, j->stage.input,
+                           j->stage.values->many_frames ? j->stage.session->frame : 0);
+    if (code == EXIT_DONE) code = session_load(j->stage.session, j->stage.input, &j->stage.scene);
     j->load = progress_seconds();
-    if (code == EXIT_DONE) code = prepare(j);
+    if (code == EXIT_DONE) code = stage_prepare(&j->stage);
     j->build = progress_seconds() - j->load;
     if (code == EXIT_DONE) code = render_and_write(j);
     progress_end();
-    snell_scene_destroy(j->scene);
-    j->scene = NULL;
+    snell_scene_destroy(j->stage.scene);
+    j->stage.scene = NULL;
     return code;
 }
 
@@ -354,13 +116,13 @@ static void say_done(const job *j) {
                     "%" PRIu32 " threads  %s  %s",
                     j->load, j->build, j->render, j->write, (double)rays_total(&j->stats),
                     rays_per_second(&j->stats) * 1e-6,
-                    snell_context_thread_count(j->session->context),
-                    snell_isa_name(snell_context_isa(j->session->context)), memory);
+                    snell_context_thread_count(j->stage.session->context),
+                    snell_isa_name(snell_context_isa(j->stage.session->context)), memory);
     }
     double total = progress_seconds();
     report_note("%s  %" PRIu32 "x%" PRIu32 "  %s  %" PRIu32 " sample%s  %.*f s", name, width,
-                height, integrator_name(j->desc.integrator), j->desc.samples,
-                j->desc.samples == 1 ? "" : "s", total < 10 ? 2 : 1, total);
+                height, integrator_name(j->stage.desc.integrator), j->stage.desc.samples,
+                j->stage.desc.samples == 1 ? "" : "s", total < 10 ? 2 : 1, total);
 }
 
 static void say_stopped(const job *j) {
@@ -416,24 +178,24 @@ static void json_picture(json_t *root, const job *j) {
     json_object_set_new(root, "output", report_text(j->output.path));
     set_count(root, "width", width);
     set_count(root, "height", height);
-    json_object_set_new(root, "integrator", json_string(integrator_name(j->desc.integrator)));
-    set_count(root, "samples", j->desc.samples);
-    set_count(root, "max_depth", j->desc.max_depth);
-    text_format_float(j->desc.min_weight, weight);
+    json_object_set_new(root, "integrator", json_string(integrator_name(j->stage.desc.integrator)));
+    set_count(root, "samples", j->stage.desc.samples);
+    set_count(root, "max_depth", j->stage.desc.max_depth);
+    text_format_float(j->stage.desc.min_weight, weight);
     json_object_set_new(root, "min_weight", json_real(strtod(weight, NULL)));
-    set_count(root, "seed", j->desc.seed);
-    if (j->session->frame > 0) set_count(root, "frame", j->session->frame);
+    set_count(root, "seed", j->stage.desc.seed);
+    if (j->stage.session->frame > 0) set_count(root, "frame", j->stage.session->frame);
     json_seconds(root, j);
     json_rays(root, &j->stats);
-    set_count(root, "threads", snell_context_thread_count(j->session->context));
+    set_count(root, "threads", snell_context_thread_count(j->stage.session->context));
     json_object_set_new(root, "isa",
-                        json_string(snell_isa_name(snell_context_isa(j->session->context))));
+                        json_string(snell_isa_name(snell_context_isa(j->stage.session->context))));
     set_count(root, "memory_peak", memory_peak(RUSAGE_SELF));
     set_count(root, "memory_peak_import", memory_peak(RUSAGE_CHILDREN));
     json_object_set_new(root, "dropped_weight", json_real(j->stats.dropped_weight));
     snprintf(hash, sizeof hash, "%016" PRIx64, snell_film_hash(j->film));
     json_object_set_new(root, "image_hash", json_string(hash));
-    json_object_set_new(root, "added", report_text(j->added));
+    json_object_set_new(root, "added", report_text(j->stage.added));
 }
 
 /* The error when a signal came, which is nobody's fault. */
@@ -452,7 +214,7 @@ static json_t *json_stopped(void) {
 static json_t *json_job(const job *j) {
     json_t *root = json_object(), *error = report_take_error();
     json_object_set_new(root, "schema", json_integer(1));
-    json_object_set_new(root, "file", report_text(j->input));
+    json_object_set_new(root, "file", report_text(j->stage.input));
     if (j->rendered) json_picture(root, j);
     if (j->partial != NULL) json_object_set_new(root, "partial", report_text(j->partial));
     if (error == NULL && signals_caught() != 0 && !j->rendered) error = json_stopped();
@@ -463,7 +225,8 @@ static json_t *json_job(const job *j) {
 
 static int render_file(session *s, const render_values *values, const char *input, snell_film *film,
                        json_t **result) {
-    job j = {.options = s->options, .values = values, .session = s, .input = input, .film = film};
+    job j = {.stage = {.options = s->options, .values = values, .session = s, .input = input},
+             .film = film};
     progress_begin(session_label(input));
     int code = run_job(&j);
     if (j.rendered)

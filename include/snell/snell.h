@@ -622,6 +622,129 @@ SNELL_API snell_status snell_film_encode(const snell_film *film, const char *for
                                          const snell_image_desc *desc, void **data, size_t *size);
 SNELL_API void snell_free(void *data);
 
+/* ---- explain: the rays behind one pixel -------------------------------------------------------- */
+
+/* snell_explain renders one pixel exactly as snell_render does, and keeps what happened: every ray
+ * with the ray that sent it, and all the light that reached the pixel.
+ *
+ *     pixel = the mean over samples of the sum of all contributions
+ *     contribution = throughput of its ray * bsdf * incoming * cosine * weight * visibility
+ *     throughput of a ray = of its parent * weight * transmittance (* alpha)
+ *
+ * Contributions are what is added, in double; the film cuts each off below 2^-80 and adds exactly, so
+ * their sum is the pixel's bits in any order. The factors are doubles that the renderer rounds to
+ * float between rays: their product is a contribution to about 1e-6 of it. */
+typedef struct snell_explanation snell_explanation;
+
+typedef struct snell_explain_desc {
+    size_t struct_size;
+    uint32_t x, y; /* the pixel, from the top left of the film that snell_render would make */
+    uint32_t first_sample, sample_count; /* whose rays and lights are kept; count 0: of all */
+    uint32_t rays_max; /* kept at most, more is SNELL_ERR_MEMORY; 0: 2^20, of about 500 bytes */
+} snell_explain_desc;
+static inline snell_explain_desc snell_explain_desc_init(size_t struct_size) {
+    snell_explain_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    return desc;
+}
+
+typedef enum snell_ray_kind {
+    SNELL_RAY_CAMERA = 1,
+    SNELL_RAY_REFLECTED,
+    SNELL_RAY_REFRACTED, /* or let through without bending */
+    SNELL_RAY_CONTINUED  /* its parent, walking on: same direction, same depth */
+} snell_ray_kind;
+
+typedef enum snell_ray_end {
+    SNELL_RAY_HIT = 1,  /* met a surface, which sent on what the integrator makes of it */
+    SNELL_RAY_PASSED,   /* met a surface that is not there for it: transparent, or inside a solid of
+                           higher priority */
+    SNELL_RAY_LEFT,     /* met nothing */
+    SNELL_RAY_TOO_DEEP, /* was not traced: deeper than max_depth, so black */
+    SNELL_RAY_TOO_FAINT /* was not traced: its throughput is under min_weight, or 0 */
+} snell_ray_end;
+
+/* Colours are {red, green, blue}. */
+typedef struct snell_explained_ray {
+    uint32_t parent;    /* index of the ray that sent it; UINT32_MAX: none, a camera ray */
+    uint32_t ray_count; /* of the tree that begins with it: this ray and the next ray_count - 1 */
+    uint32_t first_light, light_count; /* found at its own end, in the explanation's lights */
+    uint32_t sample, depth;            /* both from 0 */
+    snell_ray_kind kind;
+    snell_ray_end end;
+    snell_vec3 origin, direction; /* direction: unit */
+    float time;                   /* seconds on the scene's clock */
+    double pdf;       /* of path: its direction's density, 1/sr; 0: there was no choice */
+    double weight[3]; /* how much of what it finds its parent's surface sends on; a camera ray: 1 */
+    double distance;  /* to its end, metres; INFINITY: it left; 0: it was not traced */
+    double transmittance[3]; /* Beer's law over that distance */
+    snell_vec3 throughput;   /* how much of what is found at its end reaches the sample */
+    double radiance[4]; /* what its tree adds to the sample: the sum of the contributions, and of
+                              coverage in [3] */
+    /* Of HIT and PASSED: the surface. */
+    snell_object_info shape,
+        material;      /* material of type "": the grey that shapes without one have */
+    snell_hit hit;     /* instance {0}: the shape of a light */
+    snell_vec3 normal; /* the shading normal, unit, on the side that the ray came from */
+    bool inside;       /* it came from inside */
+    double alpha;  /* how much of the surface is there; in path it is all there or not at all, by
+                      this chance, and throughput has no part of it */
+    double cosine; /* of the angle between the ray and the shading normal, >= 0 */
+    double ior_from,
+        ior_to; /* where the ray comes from and beyond; of what bounds no medium 1, 1 */
+    double fresnel
+        [3]; /* what a smooth surface reflects at this angle; 0: the material has no such part */
+} snell_explained_ray;
+
+typedef enum snell_light_source {
+    SNELL_SOURCE_SURFACE = 1, /* the surface itself: its emission and the ambient light on it */
+    SNELL_SOURCE_SKY,         /* what a ray that leaves sees: lights far away, the background */
+    SNELL_SOURCE_LIGHT,       /* a light that the surface was asked about */
+    SNELL_SOURCE_COVERAGE     /* of a transparent picture: alpha */
+} snell_light_source;
+
+typedef struct snell_explained_light {
+    uint32_t ray; /* the index of the ray at whose end it is */
+    snell_light_source source;
+    snell_object_info
+        light;   /* type "": the background, or several at once; a shape that shines as shape */
+    bool tested; /* a shadow ray was sent */
+    snell_vec3 direction; /* of LIGHT: unit, to the light; 0: from everywhere */
+    double distance;      /* metres, INFINITY: infinitely far */
+    double incoming[3];   /* of LIGHT irradiance where pdf is 0, W/m^2; else radiance, W/(m^2 sr) */
+    double pdf;           /* density of the direction, 1/sr, 0: there was no choice */
+    double cosine;        /* of the light's angle to the shading normal; of what is not LIGHT 1 */
+    double bsdf[3];       /* of the parts that lights light, 1/sr; of what is not LIGHT 1 */
+    double weight; /* for the pdf, and of path what of it counts: multiple importance sampling */
+    double visibility[3];      /* what comes through; 0: blocked */
+    snell_object_info blocker; /* of what is blocked: by what; type "": nothing */
+    double blocker_distance;   /* metres */
+    double contribution[4];    /* what was added: colour, or in [3] coverage */
+} snell_explained_light;
+
+typedef struct snell_explained_sample {
+    double radiance[4];
+    uint32_t first_ray, ray_count; /* kept of it */
+} snell_explained_sample;
+
+/* On this thread; desc->progress is called, and may cancel. The rays are in the order of their trees:
+ * sample by sample, parents before children, children as they were sent. SNELL_ERR_ARGUMENT: a pixel
+ * outside the film, and as snell_render; SNELL_ERR_INTERNAL: the sum is not the pixel that was rendered. */
+SNELL_API snell_status snell_explain(const snell_scene *scene, const snell_render_desc *desc,
+                                     const snell_explain_desc *pixel, snell_explanation **out);
+SNELL_API void snell_explanation_destroy(snell_explanation *explanation);
+/* Borrowed until destroy; strings too. The pixel as it is in the film: *channels floats. */
+SNELL_API const float *snell_explanation_pixel(const snell_explanation *explanation,
+                                               uint32_t *channels);
+SNELL_API const snell_explained_sample *
+snell_explanation_samples(const snell_explanation *explanation, uint32_t *count); /* all of them */
+SNELL_API const snell_explained_ray *snell_explanation_rays(const snell_explanation *explanation,
+                                                            size_t *count);
+SNELL_API const snell_explained_light *
+snell_explanation_lights(const snell_explanation *explanation,
+                         size_t *count); /* in the order of their rays */
+
 typedef struct snell_picture_info {
     size_t struct_size;
     char format[8]; /* "png", "exr", "pfm", "ppm" */

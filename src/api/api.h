@@ -5,7 +5,7 @@
 #include <pthread.h>
 
 #include "image/film.h"
-#include "integrators/integrator.h"
+#include "render/render.h"
 #include "scene/scene.h"
 
 struct snell_context {
@@ -56,6 +56,16 @@ snell_status scene_add_typed(snell_scene *s, category category, const char *type
 /* The same camera; keys are borrowed. */
 snell_view view_from_perspective(const perspective_desc *camera);
 perspective_desc view_to_perspective(const snell_view *view);
+
+/* A render of the last commit, its description checked and its camera chosen. The options point into
+ * it; it is freed only after SNELL_OK. */
+typedef struct prepared_render {
+    render_options options;
+    motion moved; /* the camera's */
+    pixel_filter filter;
+} prepared_render;
+snell_status prepare_render(const snell_scene *s, const snell_render_desc *r, prepared_render *out);
+void prepared_render_free(prepared_render *p);
 
 /* Bounds of everything that has bounds, before a commit. */
 bounds3 description_bounds(const description *d);

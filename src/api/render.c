@@ -202,72 +202,68 @@ static snell_status open_shutter(const snell_scene *s, const camera_common *came
     return motion_prepare(camera->motion, camera->motion_count, times[0], times[1], moved);
 }
 
-static snell_status render_with(const snell_scene *s, const snell_render_desc *r,
-                                const camera_type *camera, const void *camera_desc,
-                                const integrator *policy, snell_film *out) {
+void prepared_render_free(prepared_render *p) {
+    pixel_filter_free(&p->filter);
+    motion_free(&p->moved);
+}
+
+static snell_status prepare_with(const snell_scene *s, const snell_render_desc *r,
+                                 const camera_type *camera, const void *camera_desc,
+                                 const integrator *policy, prepared_render *out) {
     const scene *frozen = s->frozen;
     double times[2];
-    motion moved = {NULL, 0};
-    pixel_filter filter;
-    snell_status status = open_shutter(s, camera_desc, times, &moved);
+    snell_status status = open_shutter(s, camera_desc, times, &out->moved);
     if (status) return status;
-    if (!pixel_filter_create((int)r->filter, (double)r->filter_radius, &filter)) {
-        motion_free(&moved);
+    if (!pixel_filter_create((int)r->filter, (double)r->filter_radius, &out->filter)) {
+        motion_free(&out->moved);
         return error_no_memory();
     }
     camera_frame frame;
     solid_take_spent();
-    camera_prepare(camera, camera_desc, r->width, r->height, moved.count ? &moved : NULL, &frame);
+    camera_prepare(camera, camera_desc, r->width, r->height, out->moved.count ? &out->moved : NULL,
+                   &frame);
     /* A lens, or the plane of parallel rays, counts as being where its middle is. */
     const media beyond_the_lens =
         media_around(frozen, s->context->isa, frame.position, (float)times[0]);
     if (solid_take_spent()) {
-        pixel_filter_free(&filter);
-        motion_free(&moved);
+        prepared_render_free(out);
         return solid_error_spent();
     }
     bool crop = r->crop_width > 0;
-    render_options options = {.wave = {.scene = frozen,
-                                       .integrator = policy,
-                                       .camera = camera,
-                                       .frame = frame,
-                                       .camera_media = beyond_the_lens,
-                                       .filter = &filter,
-                                       .shutter_open = times[0],
-                                       .shutter_close = times[1],
-                                       .width = r->width,
-                                       .height = r->height,
-                                       .samples = r->samples,
-                                       .max_depth = r->max_depth,
-                                       .min_weight = r->min_weight,
-                                       .seed = r->seed,
-                                       .pixel_center = r->pixel_center,
-                                       .transparent = r->transparent,
-                                       .wave_size = r->wave_size,
-                                       .isa = s->context->isa},
-                              .crop_x = crop ? r->crop_x : 0,
-                              .crop_y = crop ? r->crop_y : 0,
-                              .crop_width = crop ? r->crop_width : r->width,
-                              .crop_height = crop ? r->crop_height : r->height,
-                              .progress = r->progress,
-                              .user = r->user};
-    keep_look(s, out);
-    status = render_film(&options, s->context->pool, &out->film, &out->stats);
-    if (out->stats.film_overflows > 0)
-        log_write(&s->context->log, SNELL_WARNING, (source_place){0},
-                  "lights and emission should be under 1e13",
-                  "%llu times light was too bright to count: it is missing from the picture",
-                  (unsigned long long)out->stats.film_overflows);
-    pixel_filter_free(&filter);
-    motion_free(&moved);
-    return status;
+    out->options = (render_options){.wave = {.scene = frozen,
+                                             .integrator = policy,
+                                             .camera = camera,
+                                             .frame = frame,
+                                             .camera_media = beyond_the_lens,
+                                             .filter = &out->filter,
+                                             .shutter_open = times[0],
+                                             .shutter_close = times[1],
+                                             .width = r->width,
+                                             .height = r->height,
+                                             .samples = r->samples,
+                                             .max_depth = r->max_depth,
+                                             .min_weight = r->min_weight,
+                                             .seed = r->seed,
+                                             .pixel_center = r->pixel_center,
+                                             .transparent = r->transparent,
+                                             .wave_size = r->wave_size,
+                                             .isa = s->context->isa},
+                                    .crop_x = crop ? r->crop_x : 0,
+                                    .crop_y = crop ? r->crop_y : 0,
+                                    .crop_width = crop ? r->crop_width : r->width,
+                                    .crop_height = crop ? r->crop_height : r->height,
+                                    .progress = r->progress,
+                                    .user = r->user};
+    return SNELL_OK;
 }
 
-static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
+snell_status prepare_render(const snell_scene *s, const snell_render_desc *r,
+                            prepared_render *out) {
     const integrator *policy = NULL;
     const camera_type *camera = NULL;
     const void *camera_desc = NULL;
     perspective_desc by_value;
+    *out = (prepared_render){.moved = {NULL, 0}};
     snell_status status = check_render(r);
     if (!status) status = find_integrator(r->integrator, &policy);
     if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
@@ -275,7 +271,22 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
     say_depth(s, r, policy);
     say_meant_for(s, r, policy);
     render_notes(s->description, s->frozen, policy, &s->context->log);
-    return render_with(s, r, camera, camera_desc, policy, out);
+    return prepare_with(s, r, camera, camera_desc, policy, out);
+}
+
+static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
+    prepared_render prepared;
+    snell_status status = prepare_render(s, r, &prepared);
+    if (status) return status;
+    keep_look(s, out);
+    status = render_film(&prepared.options, s->context->pool, &out->film, &out->stats);
+    if (out->stats.film_overflows > 0)
+        log_write(&s->context->log, SNELL_WARNING, (source_place){0},
+                  "lights and emission should be under 1e13",
+                  "%llu times light was too bright to count: it is missing from the picture",
+                  (unsigned long long)out->stats.film_overflows);
+    prepared_render_free(&prepared);
+    return status;
 }
 
 snell_status snell_render(const snell_scene *s, const snell_render_desc *desc, snell_film *f) {

@@ -1,10 +1,21 @@
 /* What policies emit: light to the film, next rays, and shadow rays towards the lights. */
 #include "base/memory.h"
+#include "integrators/record.h"
 #include "integrators/wave.h"
 
-void emit_radiance(wave *w, const path_ray *r, dvec3 radiance) {
+static void add_radiance(wave *w, const path_ray *r, dvec3 radiance) {
     if (radiance.x == 0 && radiance.y == 0 && radiance.z == 0) return;
     film_block_add(w->film, r->pixel, dvec3_mul(dvec3_from(r->weight), radiance));
+}
+
+void wave_add_coverage(wave *w, const path_ray *r, double alpha) {
+    if (w->settings.record) record_coverage(w, r, alpha);
+    film_block_add_alpha(w->film, r->pixel, alpha);
+}
+
+void emit_radiance(wave *w, const path_ray *r, dvec3 radiance) {
+    if (w->settings.record) record_surface(w, r, radiance);
+    add_radiance(w, r, radiance);
 }
 
 void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
@@ -28,10 +39,11 @@ void emit_sky(wave *w, const path_ray *r, light_weight_fn *weight) {
     if (!sees_lights) radiance = dvec3_add(radiance, scene_background(s, dvec3_from(r->ray.d)));
     if (r->primary && w->settings.transparent) {
         double alpha = s->background_alpha < 1 ? s->background_alpha : 0;
-        film_block_add_alpha(w->film, r->pixel, (double)r->coverage * alpha);
+        wave_add_coverage(w, r, (double)r->coverage * alpha);
         radiance = dvec3_scale(radiance, alpha);
     }
-    emit_radiance(w, r, radiance);
+    if (w->settings.record) record_sky(w, r, radiance);
+    add_radiance(w, r, radiance);
 }
 
 void emit_background(wave *w, const path_ray *r) { emit_sky(w, r, NULL); }
@@ -58,10 +70,16 @@ static bool matters(wave *w, vec3 weight) {
 
 path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
                    const media *m, uint32_t slot, ray_kind kind) {
-    if (r->depth >= w->settings.max_depth) return NULL;
+    if (r->depth >= w->settings.max_depth) {
+        if (w->settings.record) record_unborn(w, r, p, d, weight, kind, SNELL_RAY_TOO_DEEP);
+        return NULL;
+    }
     vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
     path_ray *child = matters(w, carried) ? push_ray(w, kind) : NULL;
-    if (child == NULL) return NULL;
+    if (child == NULL) {
+        if (w->settings.record) record_unborn(w, r, p, d, weight, kind, SNELL_RAY_TOO_FAINT);
+        return NULL;
+    }
     /* In place, since rays are large and many. */
     scene_spawn_ray(p, d, INFINITY, &child->ray);
     child->ray.time = r->ray.time;
@@ -74,6 +92,7 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
     child->kind = (uint8_t)kind;
     child->primary = child->has_differential = false;
     child->coverage = child->drawn_pdf = 0;
+    if (w->settings.record) record_child(w, r, child, weight);
     return child;
 }
 
@@ -81,7 +100,10 @@ static path_ray *walk_on(wave *w, const path_ray *r, const hit *from, dvec3 weig
                          const media *m) {
     vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), weight));
     path_ray *child = matters(w, carried) ? push_ray(w, RAY_CONTINUED) : NULL;
-    if (child == NULL) return NULL;
+    if (child == NULL) {
+        if (w->settings.record) record_ended(w, r, weight);
+        return NULL;
+    }
     *child = *r;
     child->ray.after_t = from->t;
     child->ray.after_instance = from->instance;
@@ -89,6 +111,7 @@ static path_ray *walk_on(wave *w, const path_ray *r, const hit *from, dvec3 weig
     child->weight = carried;
     child->media = *m;
     child->kind = RAY_CONTINUED;
+    if (w->settings.record) record_child(w, r, child, weight);
     return child;
 }
 
@@ -156,10 +179,11 @@ static dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes
 void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, lobe_set lobes,
                 const light_sample *sample, double weight, bool casts_shadow) {
     dvec3 radiance = dvec3_scale(light_reflected(p, b, lobes, sample), weight);
+    if (w->settings.record) record_asked(w, r, p, sample, weight, radiance, casts_shadow);
     if (casts_shadow)
         push_shadow(w, r, p, sample, radiance);
     else
-        emit_radiance(w, r, radiance);
+        add_radiance(w, r, radiance);
 }
 
 /* Light from everywhere on matte lobes, with nothing in the way; they look as they do to light along
@@ -174,7 +198,9 @@ static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, co
         dvec3 f = part->type->evaluate(part, b, p->ns, p->wo, p->ns);
         sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, cosine, 1)));
     }
-    emit_radiance(w, r, dvec3_mul(sum, l->type->irradiance(l, p->ns)));
+    dvec3 irradiance = l->type->irradiance(l, p->ns);
+    if (w->settings.record) record_irradiance(w, r, sum, irradiance);
+    add_radiance(w, r, dvec3_mul(sum, irradiance));
 }
 
 /* One sample stands for the whole light. */
@@ -187,6 +213,7 @@ static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const
                          lobe_set lobes, uint32_t light_index) {
     const scene *s = w->settings.scene;
     uint32_t count = scene_light_center_count(s, light_index);
+    w->asked = light_index;
     for (uint32_t k = 0; k < count; k++) {
         light_sample sample;
         if (scene_sample_light_center(s, light_index, k, p, wave_eye(w), r->ray.time, &sample))
@@ -196,8 +223,10 @@ static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const
 
 /* One that is none. */
 static void emit_center(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
-                        lobe_set lobes, const light *l) {
+                        lobe_set lobes, uint32_t light_index) {
+    const light *l = &w->settings.scene->lights[light_index];
     light_sample sample;
+    w->asked = light_index;
     if (l->type->irradiance)
         emit_irradiance(w, r, p, b, l);
     else if (light_sample_middle(l, p->p, wave_eye(w), &sample))
@@ -210,6 +239,7 @@ static void emit_area(wave *w, const path_ray *r, const shade_point *p, const bs
     const light_type *type = scene_light_type(s, light_index);
     light_sample sample;
     sample2 u = wave_draw_child(w, r, light_index, SAMPLE_LIGHT);
+    w->asked = light_index;
     if (!scene_sample_light(s, light_index, p, wave_eye(w), r->ray.time, u, &sample)) return;
     if (sample.pdf > 0) lobes &= LOBES_DIFFUSE;
     emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), !type || type->casts_shadow);
@@ -224,6 +254,6 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
         for (; i < count; i++) emit_area(w, r, p, b, lobes, i);
         return;
     }
-    for (; i < s->light_count; i++) emit_center(w, r, p, b, lobes, &s->lights[i]);
+    for (; i < s->light_count; i++) emit_center(w, r, p, b, lobes, i);
     for (; i < count; i++) emit_centers(w, r, p, b, lobes, i);
 }

@@ -28,8 +28,7 @@ static bool refracted_direction(const shade_point *p, const lobe *l, double eta,
 void follow_interface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                       const lobe *l, uint32_t slot) {
     double cosine = dvec3_dot(p->wo, p->ns), passing = lobe_passing(l, b, cosine, -cosine);
-    double reflected = l->type->thin ? fresnel_evaluate(&l->fresnel, cosine).x
-                                     : fresnel_dielectric(cosine, b->ior1, b->ior2);
+    double reflected = interface_reflected(l, b, cosine);
     path_ray *child =
         emit_ray(w, r, p, mirror_direction(p), dvec3_scale(l->reflected, passing * reflected),
                  &r->media, slot, RAY_REFLECTED);

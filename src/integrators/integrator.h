@@ -30,6 +30,7 @@ typedef struct path_ray {
     vec3 weight;     /* how much of what it finds reaches the pixel */
     uint32_t pixel;  /* of the block */
     uint32_t sample; /* number of the pixel's sample */
+    uint32_t node;   /* in the record, where there is one (record.h) */
     uint64_t code;   /* path code: a hash of the way from the camera */
     media media;     /* what it travels in */
     uint16_t depth;  /* camera ray 0, each child one more */
@@ -74,7 +75,7 @@ sample2 wave_draw(const wave *w, const path_ray *r, sample_purpose purpose);
 sample2 wave_draw_child(const wave *w, const path_ray *r, uint32_t slot, sample_purpose purpose);
 
 /* ---- what policies emit (wave.c) ---- */
-/* Radiance that the ray brings home: it is weighted and added to the film. */
+/* Radiance that the ray brings home from a surface: it is weighted and added to the film. */
 void emit_radiance(wave *w, const path_ray *r, dvec3 radiance);
 /* A child of r from p into direction d, carrying `weight` of what it finds, in `m`. slot: which
  * child (0, 1, ..). Deeper than max_depth it is black and not traced; below min_weight it is
@@ -101,6 +102,8 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
  * shadow; none where the geometric and the shading side disagree about where it comes from. */
 void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, lobe_set lobes,
                 const light_sample *sample, double weight, bool casts_shadow);
+/* Which light, or in `path` which source, the next emit_light is about: for the record. */
+void wave_ask(wave *w, uint32_t number);
 /* Emission and ambient light of a hit. */
 void emit_own_light(wave *w, const path_ray *r, const bsdf *b);
 /* What a ray that leaves sees: lights, each weighted by `weight` (NULL: 1), or the background. */
@@ -109,6 +112,8 @@ void emit_sky(wave *w, const path_ray *r, light_weight_fn *weight);
 void emit_background(wave *w, const path_ray *r); /* emit_sky without weights */
 
 /* ---- the loop ---- */
+enum { WAVE_SIZE_MAX = 4096 };
+
 typedef struct wave_settings {
     const scene *scene;
     const integrator *integrator;
@@ -124,6 +129,7 @@ typedef struct wave_settings {
     bool pixel_center, transparent;
     uint32_t wave_size; /* rays traced at once, at most */
     snell_isa isa;
+    struct record *record; /* what one pixel's run is told to (record.h); NULL: nothing is */
 } wave_settings;
 
 typedef struct wave_stats {

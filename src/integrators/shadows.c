@@ -1,5 +1,6 @@
 /* Shadow rays: first any opaque blocker is asked for, for many rays at once; those that remain walk
  * through everything that lets light through. */
+#include "integrators/record.h"
 #include "integrators/wave.h"
 
 enum { FILTER_STEPS_MAX = 10000 };
@@ -75,7 +76,10 @@ static dvec3 shadow_filter(wave *w, shadow_ray *r) {
         shade_point p;
         scene_shade_point(s, &r->ray, &h, &p);
         through = dvec3_mul(through, surface_filter(w, &p, r->met, &r->media));
-        if (!(dvec3_largest(through) > 0)) return through;
+        if (!(dvec3_largest(through) > 0)) {
+            if (w->settings.record) record_stopped(w, &h);
+            return through;
+        }
         from = end;
         r->ray.after_t = h.t;
         r->ray.after_instance = h.instance;
@@ -99,13 +103,17 @@ void wave_test_shadows(wave *w) {
     for (size_t i = 0; i < w->shadow_count; i++) w->rays[i] = shadows[i].ray;
     accel_occluded(s->accel, w->settings.isa, w->rays, w->blocked, w->shadow_count,
                    &w->stats.counters);
+    if (w->settings.record) record_blocked(w);
     for (size_t i = 0; i < w->shadow_count && !w->stopped; i++) {
         if (w->blocked[i]) continue;
         dvec3 arriving = dvec3_from(shadows[i].light);
         if (s->has_filters || (shadows[i].met && s->has_unshadowing)) {
-            arriving = dvec3_mul(arriving, shadow_filter(w, &shadows[i]));
+            dvec3 through = shadow_filter(w, &shadows[i]);
+            if (w->settings.record) record_filtered(w, i, through);
+            arriving = dvec3_mul(arriving, through);
             if (i % WALKS_BETWEEN_LOOKS == WALKS_BETWEEN_LOOKS - 1) wave_look_up(w);
         }
+        if (w->settings.record) record_shadow(w, i, arriving);
         film_block_add(w->film, shadows[i].pixel, arriving);
     }
     w->shadow_count = 0;

@@ -6,20 +6,21 @@
 
 #include "base/memory.h"
 #include "integrators/differential.h"
+#include "integrators/record.h"
 #include "integrators/wave.h"
 #include "sampling/sampling.h"
 /* Over twice a wave the pool is worked off in small bites, depth first. */
 enum { SMALL_BITE = 64 };
 
 /* A larger wave leaves the second-level cache, and keeps progress and cancelling waiting. */
-enum { WAVE_DEFAULT = 2048, WAVE_MAX = 4096, WORK_BETWEEN_LOOKS = 16384 };
+enum { WAVE_DEFAULT = 2048, WORK_BETWEEN_LOOKS = 16384 };
 
 snell_status wave_create(const wave_settings *settings, wave **out) {
     wave *w = memory_zeroed(1, sizeof *w);
     if (w == NULL) return error_no_memory();
     w->settings = *settings;
     if (w->settings.wave_size == 0) w->settings.wave_size = WAVE_DEFAULT;
-    if (w->settings.wave_size > WAVE_MAX) w->settings.wave_size = WAVE_MAX;
+    if (w->settings.wave_size > WAVE_SIZE_MAX) w->settings.wave_size = WAVE_SIZE_MAX;
     size_t size = w->settings.wave_size;
     w->rays = memory_resize(NULL, size, sizeof *w->rays);
     w->hits = memory_resize(NULL, size, sizeof *w->hits);
@@ -49,6 +50,7 @@ const scene *wave_scene(const wave *w) { return w->settings.scene; }
 uint32_t wave_max_depth(const wave *w) { return w->settings.max_depth; }
 dvec3 wave_eye(const wave *w) { return dvec3_from(w->settings.frame.position); }
 const media *wave_beyond(const wave *w) { return &w->beyond; }
+void wave_ask(wave *w, uint32_t number) { w->asked = number; }
 
 sample2 wave_draw(const wave *w, const path_ray *r, sample_purpose purpose) {
     return sample_point(sample_stream(w->streams[r->pixel], r->code, purpose), r->sample);
@@ -68,6 +70,7 @@ static void absorb(wave *w, path_ray *r, double t) {
     double length = dvec3_length(dvec3_from(r->ray.d));
     dvec3 through = media_transmittance(&r->media, w->settings.scene, (t - from) * length);
     r->weight = vec3_from(dvec3_mul(dvec3_from(r->weight), through));
+    if (w->settings.record) record_absorbed(w, r, through);
 }
 
 /* Crosses the face of a dielectric: *beyond is what the ray is in after it. true: nothing changes
@@ -113,6 +116,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     bool hidden = cross_interface(w, r, &p, &b, &w->beyond);
     if (b.alpha < 1 && w->settings.integrator->one_branch) {
         if (!is_there(w, r, h, b.alpha)) {
+            if (w->settings.record) record_hit(w, r, h, &p, &b, SNELL_RAY_PASSED);
             if (material_casts_full_shadow(p.material)) r->drawn_pdf = 0;
             emit_continued(w, r, h, (dvec3){1, 1, 1}, &r->media);
             return;
@@ -121,17 +125,18 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         double pass = 1 - b.alpha;
         float coverage = r->coverage;
         r->coverage = (float)((double)coverage * pass);
+        if (w->settings.record) record_hit(w, r, h, &p, &b, SNELL_RAY_PASSED);
         emit_continued(w, r, h, (dvec3){pass, pass, pass}, &r->media);
         if (b.alpha <= 0) return;
         r->coverage = (float)((double)coverage * b.alpha);
         r->weight = vec3_from(dvec3_scale(dvec3_from(r->weight), b.alpha));
     }
+    if (w->settings.record) record_hit(w, r, h, &p, &b, hidden ? SNELL_RAY_PASSED : SNELL_RAY_HIT);
     if (hidden) {
         emit_continued(w, r, h, (dvec3){1, 1, 1}, &w->beyond);
         return;
     }
-    if (r->primary && w->settings.transparent)
-        film_block_add_alpha(w->film, r->pixel, (double)r->coverage);
+    if (r->primary && w->settings.transparent) wave_add_coverage(w, r, (double)r->coverage);
     bool straight = w->settings.integrator->one_branch && b.alpha >= 1 && wave_goes_straight_on(&b);
     if (straight) b.lobe_count = 0; /* it only shines */
     w->at = h;
@@ -148,6 +153,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
 
 static void handle_miss(wave *w, path_ray *r) {
     absorb(w, r, INFINITY);
+    if (w->settings.record) record_miss(w, r);
     w->settings.integrator->miss(w, r);
 }
 
@@ -252,6 +258,7 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
     r->has_differential = false;
     if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
     w->stats.rays[RAY_CAMERA]++;
+    if (s->record) record_camera_ray(w, r);
 }
 
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,

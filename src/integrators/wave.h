@@ -30,11 +30,14 @@ struct wave {
     uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
     media beyond;                              /* of the surface that a policy is asked about */
     const hit *at;                             /* and where that is */
+    uint32_t asked;                            /* the light that emit_light is about */
     bool out_of_memory, stopped;
     bool (*go_on)(void *user, const wave_stats *stats);
     void *user;
     wave_stats stats;
 };
+/* To the film: coverage of a transparent picture. */
+void wave_add_coverage(wave *w, const path_ray *r, double alpha);
 /* Adds to the film what gets through, and forgets the shadow rays. */
 void wave_test_shadows(wave *w);
 /* Progress and cancelling, after some work in the midst of a wave. */

@@ -129,8 +129,7 @@ double bsdf_pdf(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
 static bool sample_interface(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, double u,
                              bsdf_direction *out) {
     double cosine = dvec3_dot(n, wo);
-    double reflected = l->type->thin ? fresnel_evaluate(&l->fresnel, cosine).x
-                                     : fresnel_dielectric(cosine, b->ior1, b->ior2);
+    double reflected = interface_reflected(l, b, cosine);
     out->transmitted = u >= reflected;
     out->weight = out->transmitted ? l->weight : l->reflected;
     out->wi = out->transmitted ? dvec3_negate(wo) : reflect_direction(wo, n);

@@ -118,6 +118,12 @@ double lobe_passing(const lobe *l, const bsdf *b, double cos_o, double cos_i);
  * what its coats keep. */
 dvec3 lobe_mirrored(const lobe *l, const bsdf *b, double cosine);
 
+/* Fresnel's fraction that a smooth one, or a pane, reflects at this cosine; of lobes that transmit. */
+static inline double interface_reflected(const lobe *l, const bsdf *b, double cosine) {
+    return l->type->thin ? fresnel_evaluate(&l->fresnel, cosine).x
+                         : fresnel_dielectric(cosine, b->ior1, b->ior2);
+}
+
 extern const lobe_type lobe_lambert;     /* R / pi */
 extern const lobe_type lobe_phong;       /* k_s (r.v)^p */
 extern const lobe_type lobe_blinn_phong; /* k_s (n.h)^p */

@@ -6,8 +6,6 @@
 
 #include "base/memory.h"
 
-static const double PROGRESS_SECONDS = 0.05;
-
 typedef struct job job;
 
 /* One worker's own things; they are made when the worker takes its first block. */
@@ -48,7 +46,7 @@ static void report(job *j, bool last) {
     const render_options *o = j->options;
     if (o->progress == NULL || pthread_mutex_trylock(&j->lock) != 0) return;
     double now = time_seconds();
-    if (last || now - j->last_report >= PROGRESS_SECONDS) {
+    if (last || now - j->last_report >= 1e-3 * PROGRESS_MS) {
         j->last_report = now;
         double done =
             (double)atomic_load(&j->pixels_done) / ((double)o->crop_width * o->crop_height);
@@ -145,6 +143,16 @@ static void collect(job *j, uint32_t worker_count, snell_render_stats *out, bool
     out->seconds = time_seconds() - j->started;
 }
 
+snell_status render_status(snell_status status, bool spent) {
+    if (status == SNELL_CANCELLED)
+        return error_set(SNELL_CANCELLED, NULL, "the render was cancelled");
+    if (status == SNELL_ERR_UNSUPPORTED && spent) return solid_error_spent();
+    if (status == SNELL_ERR_UNSUPPORTED)
+        return error_set(status, "make some of them opaque to shadows, or fewer",
+                         "a shadow ray meets too many surfaces that let light through");
+    return status ? error_no_memory() : SNELL_OK;
+}
+
 snell_status render_film(const render_options *o, thread_pool *pool, film *out,
                          snell_render_stats *stats) {
     snell_status status =
@@ -171,11 +179,5 @@ snell_status render_film(const render_options *o, thread_pool *pool, film *out,
     bool spent = false;
     collect(&j, thread_pool_size(pool), stats, &spent);
     free(j.workers);
-    if (status == SNELL_CANCELLED)
-        return error_set(SNELL_CANCELLED, NULL, "the render was cancelled");
-    if (status == SNELL_ERR_UNSUPPORTED && spent) return solid_error_spent();
-    if (status == SNELL_ERR_UNSUPPORTED)
-        return error_set(status, "make some of them opaque to shadows, or fewer",
-                         "a shadow ray meets too many surfaces that let light through");
-    return status ? error_no_memory() : SNELL_OK;
+    return render_status(status, spent);
 }

@@ -5,6 +5,8 @@
 
 #include "integrators/integrator.h"
 
+enum { PROGRESS_MS = 50 /* between two reports, at least */ };
+
 typedef struct render_options {
     wave_settings wave;
     uint32_t crop_x, crop_y, crop_width, crop_height; /* the part to render: the film's size */
@@ -17,5 +19,7 @@ typedef struct render_options {
  * struct_size is kept. */
 snell_status render_film(const render_options *options, thread_pool *pool, film *out,
                          snell_render_stats *stats);
+/* What a wave ended with, as an error with its text; spent: a ray met more of a solid than it can hold. */
+snell_status render_status(snell_status of_wave, bool spent);
 
 #endif

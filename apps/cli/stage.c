@@ -1,0 +1,241 @@
+#include "stage.h"
+
+#include <inttypes.h>
+#include <string.h>
+
+#include "progress.h"
+#include "report.h"
+#include "text.h"
+
+/* The direction (1, .6, 1.4) of a model that brings no camera, as azimuth atan2(1, 1.4) and
+ * elevation atan(.6 / sqrt(1 + 1.4^2)). */
+static const float default_view[2] = {0.62024949f, 0.33555448f};
+static const float default_fov = 0.69813170f; /* 40 degrees */
+
+int stage_status(const stage *s, snell_status status) {
+    if (signals_caught() != 0) return EXIT_SOME_FAILED;
+    return status == SNELL_OK ? EXIT_DONE : report_status(status, session_label(s->input));
+}
+
+/* ---- the picture's settings ---- */
+
+static uint32_t scaled(uint32_t side, uint32_t numerator, uint32_t denominator) {
+    uint64_t value = ((uint64_t)side * numerator + denominator / 2) / denominator;
+    return value < 1 ? 1 : value > UINT32_MAX ? UINT32_MAX : (uint32_t)value;
+}
+
+static int apply_size(stage *s) {
+    const render_values *v = s->values;
+    snell_render_desc *d = &s->desc;
+    uint32_t width = d->width, height = d->height;
+    if (v->percent > 0) {
+        double w = width * v->percent / 100 + 0.5, h = height * v->percent / 100 + 0.5;
+        d->width = w < 1 ? 1 : w > 1e9 ? 1000000000 : (uint32_t)w;
+        d->height = h < 1 ? 1 : h > 1e9 ? 1000000000 : (uint32_t)h;
+    } else if (v->width > 0 && v->height > 0) {
+        d->width = v->width;
+        d->height = v->height;
+    } else if (v->width > 0) {
+        d->width = v->width;
+        d->height = scaled(v->width, height, width);
+    } else if (v->height > 0) {
+        d->height = v->height;
+        d->width = scaled(v->height, width, height);
+    }
+    if (d->width > IMAGE_SIDE_MAX || d->height > IMAGE_SIDE_MAX ||
+        (uint64_t)d->width * d->height > (1u << 30)) {
+        return report_usage("sides up to 65536, 2^30 pixels in all",
+                            "--size: %" PRIu32 "x%" PRIu32 " is too large", d->width, d->height);
+    }
+    if (v->has_crop) {
+        if (v->crop_x + v->crop_width > d->width || v->crop_y + v->crop_height > d->height) {
+            return report_usage(NULL, "--crop: %s lies outside the picture of %" PRIu32 "x%" PRIu32,
+                                s->options->value[OPT_CROP], d->width, d->height);
+        }
+        d->crop_x = v->crop_x;
+        d->crop_y = v->crop_y;
+        d->crop_width = v->crop_width;
+        d->crop_height = v->crop_height;
+    }
+    return EXIT_DONE;
+}
+
+static int apply_settings(stage *s) {
+    const render_values *v = s->values;
+    snell_render_desc *d = &s->desc;
+    *d = (snell_render_desc){.struct_size = sizeof *d};
+    int code = stage_status(s, snell_scene_settings(s->scene, v->integrator, d));
+    if (code != EXIT_DONE) return code;
+    if (v->samples > 0) {
+        d->samples = v->samples;
+        d->pixel_center = v->samples == 1;
+    }
+    if (v->has_max_depth) d->max_depth = v->max_depth;
+    if (v->has_min_weight) d->min_weight = v->min_weight;
+    if (v->has_seed) d->seed = v->seed;
+    if (v->transparent) d->transparent = true;
+    if (v->has_filter) { /* another filter has another radius */
+        if (v->filter != d->filter) d->filter_radius = 0;
+        d->filter = v->filter;
+    }
+    if (v->filter_radius > 0) d->filter_radius = v->filter_radius;
+    d->progress = progress_report;
+    return apply_size(s);
+}
+
+/* ---- the camera ---- */
+
+static int no_camera(const stage *s, uint32_t count, const char *wanted) {
+    const char *names[64];
+    size_t used = 0;
+    snell_object_info info;
+    char hint[200];
+    for (uint32_t i = 0; i < count && used < 64; i++) {
+        if (snell_scene_get_camera(s->scene, i, &info, NULL) == SNELL_OK) names[used++] = info.name;
+    }
+    const char *near = text_closest(wanted, names, used);
+    if (near != NULL)
+        snprintf(hint, sizeof hint, "did you mean '%.120s'?", near);
+    else
+        snprintf(hint, sizeof hint, "it has %" PRIu32 "; 'snell info' lists them", count);
+    return report_usage(hint, "--camera: %s has no camera '%s'", session_label(s->input), wanted);
+}
+
+static int choose_camera(stage *s, uint32_t count) {
+    const char *wanted = s->options->value[OPT_CAMERA];
+    uint64_t number = 0;
+    if (wanted == NULL) return EXIT_DONE;
+    for (uint32_t i = 0; i < count; i++) {
+        snell_object_info info;
+        snell_camera_id id;
+        int code = stage_status(s, snell_scene_get_camera(s->scene, i, &info, &id));
+        if (code != EXIT_DONE) return code;
+        if (strcmp(info.name, wanted) != 0) continue;
+        s->desc.camera = id;
+        return EXIT_DONE;
+    }
+    if (!text_uint(wanted, 1, count, &number)) return no_camera(s, count, wanted);
+    snell_object_info info;
+    return stage_status(
+        s, snell_scene_get_camera(s->scene, (uint32_t)(number - 1), &info, &s->desc.camera));
+}
+
+/* Frames everything, for --view and for files without a camera; where there are only planes, a
+ * box around the origin. */
+static int frame_all(stage *s) {
+    const render_values *v = s->values;
+    const float *at = v->has_view ? v->view : default_view;
+    snell_bounds bounds;
+    int code = stage_status(s, snell_scene_bounds(s->scene, &bounds));
+    if (code != EXIT_DONE) return code;
+    s->view = SNELL_INIT(view);
+    s->view.fov = v->fov > 0 ? v->fov : default_fov;
+    float aspect = (float)s->desc.width / (float)s->desc.height;
+    return stage_status(s, snell_view_frame(&s->view, &bounds, at[0], at[1], aspect));
+}
+
+/* A file without a camera gets one, so that the studio lights for it; a file's own gives way to
+ * --view by value, and --fov changes no more than its angle. */
+static int choose_view(stage *s, bool own_camera) {
+    const render_values *v = s->values;
+    int code = EXIT_DONE;
+    if (v->has_view || !own_camera) {
+        code = frame_all(s);
+    } else if (v->fov > 0) {
+        code = stage_status(s, snell_scene_get_view(s->scene, s->desc.camera, &s->view));
+        s->view.fov = v->fov;
+    } else {
+        return EXIT_DONE;
+    }
+    s->desc.view = &s->view;
+    if (code == EXIT_DONE && !own_camera) {
+        snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+        camera.from = s->view.from;
+        camera.at = s->view.at;
+        camera.up = s->view.up;
+        camera.fov = s->view.fov;
+        code =
+            stage_status(s, snell_scene_add_perspective_camera(s->scene, &camera, &s->desc.camera));
+    }
+    return code;
+}
+
+/* ---- load and light ---- */
+
+/* What the file lacked; a background that the command line gave was not added by the studio. */
+static void say_added(stage *s, bool own_camera) {
+    static const char background[] = "background";
+    char studio[64];
+    snprintf(studio, sizeof studio, "%s", s->studio == NULL ? "" : s->studio);
+    size_t length = strlen(studio), cut = sizeof background - 1;
+    if (s->values->has_background && length >= cut &&
+        strcmp(studio + length - cut, background) == 0) {
+        studio[length > cut + 2 ? length - cut - 2 : 0] = '\0';
+    }
+    snprintf(s->added, sizeof s->added, "%s%s%s", own_camera ? "" : "camera",
+             own_camera || studio[0] == '\0' ? "" : ", ", studio);
+    if (s->added[0] != '\0') {
+        const char *slash = strrchr(s->input, '/');
+        report_note("added: %s (%s has none)", s->added,
+                    session_label(slash != NULL && slash[1] != '\0' ? slash + 1 : s->input));
+    }
+}
+
+/* --light none leaves the studio out: what is dark then should not surprise. */
+static void warn_of_darkness(const stage *s, const snell_scene_stats *has) {
+    bool lit = has->light_count > 0 || has->has_emission || has->has_ambient || has->has_background;
+    if (!s->values->light_none || lit || s->values->has_background) return;
+    report_warning("leave out --light none, or give the file a light",
+                   "%s has no light: the picture will be black", session_label(s->input));
+}
+
+/* A model made elsewhere may look past what matters; -v says how to see all of it. */
+static void say_camera(const stage *s, const snell_scene_stats *has) {
+    if (report_level() < LEVEL_VERBOSE || has->camera_count == 0 || s->values->has_view) return;
+    if (strcmp(has->format, "lua") == 0) return;
+    report_note("seen by the file's own camera; --view iso frames the whole model");
+}
+
+static int commit(stage *s) {
+    return stage_status(s, snell_scene_commit(s->scene, progress_report, NULL));
+}
+
+/* The ground comes after the framing: it is larger than what stands on it. The background comes
+ * after the studio, which takes one for a sign that the scene is lit. */
+static int dress(stage *s) {
+    const render_values *v = s->values;
+    snell_instance_id id;
+    int code = EXIT_DONE;
+    if (!v->light_none) {
+        const float *from = v->has_view ? v->view : NULL;
+        code = stage_status(s, snell_scene_add_studio(s->scene, from, &s->studio));
+    }
+    if (code == EXIT_DONE && v->has_background) {
+        code = stage_status(s, snell_scene_set_background(s->scene, v->background, 1));
+    }
+    if (code == EXIT_DONE && v->has_ground) {
+        code = stage_status(s, snell_scene_add_ground(s->scene, v->ground, &id));
+    }
+    return code;
+}
+
+int stage_prepare(stage *s) {
+    snell_scene_stats stats = {.struct_size = sizeof stats};
+    int code = stage_status(s, snell_scene_get_stats(s->scene, &stats));
+    bool own_camera = stats.camera_count > 0;
+    if (code == EXIT_DONE && stats.instance_count == 0 && !own_camera) {
+        code = report_error(EXIT_INPUT, "it has neither shapes nor a camera",
+                            "%s: there is nothing to see", session_label(s->input));
+    }
+    if (code == EXIT_DONE) code = apply_settings(s);
+    if (code == EXIT_DONE) code = choose_camera(s, stats.camera_count);
+    if (code == EXIT_DONE) code = choose_view(s, own_camera);
+    if (code == EXIT_DONE) code = dress(s);
+    if (code == EXIT_DONE) code = commit(s);
+    if (code == EXIT_DONE) {
+        warn_of_darkness(s, &stats);
+        say_camera(s, &stats);
+        say_added(s, own_camera);
+    }
+    return code == EXIT_DONE ? report_strict() : code;
+}

@@ -1,0 +1,29 @@
+/* From a scene that was loaded to one that is committed and a render that is described: camera, light
+ * and ground for a file that brings none, and what the command line says. */
+#ifndef SNELL_CLI_STAGE_H
+#define SNELL_CLI_STAGE_H
+
+#include <snell/snell.h>
+
+#include "options.h"
+#include "session.h"
+#include "values.h"
+
+typedef struct stage {
+    const options *options;
+    const render_values *values;
+    session *session;
+    const char *input; /* as typed */
+    snell_scene *scene;
+    snell_render_desc desc;
+    snell_view view;
+    const char *studio; /* what it added */
+    char added[96];
+} stage;
+
+/* Dresses and commits s->scene, and fills s->desc. Exit code. */
+int stage_prepare(stage *s);
+/* The exit code of a call about the input, its error reported; a signal counts as one. */
+int stage_status(const stage *s, snell_status status);
+
+#endif
