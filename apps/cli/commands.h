@@ -7,6 +7,7 @@
 #include "options.h"
 
 int render_command(const options *o);
+int explain_command(const options *o);
 int info_command(const options *o);
 int compare_command(const options *o);
 int convert_command(const options *o);

@@ -2,7 +2,6 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "commands.h"
 #include "progress.h"
@@ -15,15 +14,6 @@
 enum { SHOWN_MAX = 20 };
 
 /* ---- pictures ---- */
-
-static bool is_picture(const char *path) {
-    static const char *const endings[] = {".png", ".exr", ".pfm", ".ppm"};
-    size_t length = strlen(path);
-    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
-        if (length > 4 && strcasecmp(path + length - 4, endings[i]) == 0) return true;
-    }
-    return false;
-}
 
 /* A file name that begins with a dash would be read as an option. */
 static void print_file(const char *file) {
@@ -296,7 +286,7 @@ static int file_info(session *s, const char *path, json_t *results) {
     json_t *root = json_object();
     json_object_set_new(root, "schema", json_integer(1));
     json_object_set_new(root, "file", report_text(path));
-    int code = is_picture(path) ? picture_info(path, root) : scene_info(s, path, root);
+    int code = tag_is_picture(path) ? picture_info(path, root) : scene_info(s, path, root);
     json_t *error = report_take_error();
     if (error != NULL) json_object_set_new(root, "error", error);
     json_object_set_new(root, "warnings", report_take_warnings());

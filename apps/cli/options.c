@@ -16,6 +16,7 @@
 #define LIMITS "Limits; over any of them the exit code is 1"
 #define MEASURES "How it is measured"
 #define MACHINE "Machine"
+#define EXPLAINING "What is shown"
 #define TEXTS "For packagers and scripts"
 #define COMMON "Every command takes"
 
@@ -40,71 +41,71 @@ const option_info option_table[] = {
      "of an EXR file, such as variance, or a channel, such as normal.X", PICTURE,
      CMD_COMPARE | CMD_CONVERT, 0, NULL, false},
     {OPT_SIZE, "size", 's', "WxH", "scene, 800x600",
-     "pixels; 640x or x480 keeps the shape, 50% scales", PICTURE, CMD_RENDER, OPTION_PICTURE, NULL,
+     "pixels; 640x or x480 keeps the shape, 50% scales", PICTURE, CMD_PICTURE, OPTION_PICTURE, NULL,
      false},
-    {OPT_SIZE, "resolution", 0, "WxH", NULL, "as --size", PICTURE, CMD_RENDER,
+    {OPT_SIZE, "resolution", 0, "WxH", NULL, "as --size", PICTURE, CMD_PICTURE,
      OPTION_PICTURE | OPTION_HIDDEN, NULL, false},
     {OPT_CROP, "crop", 0, "WxH+X+Y", NULL, "only this part; its pixels equal the whole picture's",
-     PICTURE, CMD_RENDER, OPTION_PICTURE, NULL, false},
+     PICTURE, CMD_PICTURE, OPTION_PICTURE, NULL, false},
     {OPT_EXPOSURE, "exposure", 0, "STOPS", "scene, 0", "twice as bright with each stop", PICTURE,
-     CMD_RENDER | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE, NULL, false},
+     CMD_PICTURE | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE, NULL, false},
     {OPT_TONEMAP, "tonemap", 0, "NAME", "scene, clip; neutral for models",
-     "clip, reinhard or neutral", PICTURE, CMD_RENDER | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE,
+     "clip, reinhard or neutral", PICTURE, CMD_PICTURE | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE,
      "clip|reinhard|neutral", false},
     {OPT_BACKGROUND, "background", 0, "BG", "scene",
-     "'transparent', or a colour: '#rrggbb', a name, or linear 'r,g,b'", PICTURE, CMD_RENDER,
+     "'transparent', or a colour: '#rrggbb', a name, or linear 'r,g,b'", PICTURE, CMD_PICTURE,
      OPTION_PICTURE, "transparent|" TEXT_COLORS, true},
 
     {OPT_CAMERA, "camera", 'c', "NAME", "the first",
-     "a camera of the file, by name or by number from 1", VIEW, CMD_RENDER, OPTION_PICTURE, NULL,
+     "a camera of the file, by name or by number from 1", VIEW, CMD_PICTURE, OPTION_PICTURE, NULL,
      false},
     {OPT_VIEW, "view", 0, "DIR", NULL,
      "front, back, left, right, top, bottom, iso or AZ,EL in degrees: frame the whole model from "
      "there",
-     VIEW, CMD_RENDER, OPTION_PICTURE, "front|back|left|right|top|bottom|iso", true},
-    {OPT_FOV, "fov", 0, "DEG", "scene, 40", "vertical field of view", VIEW, CMD_RENDER,
+     VIEW, CMD_PICTURE, OPTION_PICTURE, "front|back|left|right|top|bottom|iso", true},
+    {OPT_FOV, "fov", 0, "DEG", "scene, 40", "vertical field of view", VIEW, CMD_PICTURE,
      OPTION_PICTURE, NULL, false},
     {OPT_UP, "up", 0, "AXIS", "y; STL: z", "x, y, z, -x, -y or -z; for files that do not say", VIEW,
-     CMD_RENDER, OPTION_PICTURE, "x|y|z|-x|-y|-z", false},
+     CMD_PICTURE, OPTION_PICTURE, "x|y|z|-x|-y|-z", false},
 
-    {OPT_LIGHT, "light", 0, "RIG", "studio", "studio or none", LIGHT, CMD_RENDER, OPTION_PICTURE,
+    {OPT_LIGHT, "light", 0, "RIG", "studio", "studio or none", LIGHT, CMD_PICTURE, OPTION_PICTURE,
      "studio|none", false},
     {OPT_GROUND, "ground", 0, "COLOR", "grey",
-     "a floor under the model; the colour as for --background", LIGHT, CMD_RENDER,
+     "a floor under the model; the colour as for --background", LIGHT, CMD_PICTURE,
      OPTION_PICTURE | OPTION_OPTIONAL_VALUE, TEXT_COLORS, true},
 
     {OPT_INTEGRATOR, "integrator", 'i', "I", "scene, whitted", "appel, whitted, cook or path",
-     RENDERING, CMD_RENDER, OPTION_PICTURE, "appel|whitted|cook|path", false},
+     RENDERING, CMD_PICTURE, OPTION_PICTURE, "appel|whitted|cook|path", false},
     {OPT_SAMPLES, "samples", 'n', "N", "scene, 16", "per pixel; 1 goes through its centre",
-     RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
-    {OPT_SAMPLES, "spp", 0, "N", NULL, "as --samples", RENDERING, CMD_RENDER,
+     RENDERING, CMD_PICTURE, OPTION_PICTURE, NULL, false},
+    {OPT_SAMPLES, "spp", 0, "N", NULL, "as --samples", RENDERING, CMD_PICTURE,
      OPTION_PICTURE | OPTION_HIDDEN, NULL, false},
     {OPT_MAX_DEPTH, "max-depth", 0, "N", "scene, by integrator",
-     "camera ray 0, each bounce one more", RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
-    {OPT_MAX_DEPTH, "depth", 0, "N", NULL, "as --max-depth", RENDERING, CMD_RENDER,
+     "camera ray 0, each bounce one more", RENDERING, CMD_PICTURE, OPTION_PICTURE, NULL, false},
+    {OPT_MAX_DEPTH, "depth", 0, "N", NULL, "as --max-depth", RENDERING, CMD_PICTURE,
      OPTION_PICTURE | OPTION_HIDDEN, NULL, false},
     {OPT_MIN_WEIGHT, "min-weight", 0, "W", "scene, 0.002", "drop rays that matter less than this",
-     RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
+     RENDERING, CMD_PICTURE, OPTION_PICTURE, NULL, false},
     {OPT_SEED, "seed", 0, "N", "scene, 0", "another choice of random numbers", RENDERING,
-     CMD_RENDER, OPTION_PICTURE, NULL, false},
+     CMD_PICTURE, OPTION_PICTURE, NULL, false},
 
     {OPT_FILTER, "filter", 0, "NAME", "scene, box",
-     "box, tent, gaussian or blackman-harris: how samples make a pixel", RENDERING, CMD_RENDER,
+     "box, tent, gaussian or blackman-harris: how samples make a pixel", RENDERING, CMD_PICTURE,
      OPTION_PICTURE, "box|tent|gaussian|blackman-harris", false},
     {OPT_FILTER_RADIUS, "filter-radius", 0, "PIXELS", "scene; box 0.5, tent 1, others 1.5",
-     "how far it reaches", RENDERING, CMD_RENDER, OPTION_PICTURE, NULL, false},
+     "how far it reaches", RENDERING, CMD_PICTURE, OPTION_PICTURE, NULL, false},
 
     {OPT_FRAME, "frame", 0, "N", "the first", "one frame of a scene with animation{}", PROGRAMS,
-     CMD_RENDER | CMD_INFO, OPTION_PICTURE, NULL, false},
+     CMD_PICTURE | CMD_INFO, OPTION_PICTURE, NULL, false},
     {OPT_FRAMES, "frames", 0, "A..B", NULL,
      "each of these frames, in files of their own: OUT.0001.png, or where OUT has %04d", PROGRAMS,
      CMD_RENDER, 0, NULL, false},
     {OPT_SET, "set", 'D', "NAME=VALUE", NULL, "a value for param(\"NAME\") in a Lua scene",
-     PROGRAMS, CMD_RENDER | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, NULL, false},
+     PROGRAMS, CMD_PICTURE | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, NULL, false},
     {OPT_ALLOW, "allow", 'I', "DIR", "the scene's own folder", "also read files in DIR", PROGRAMS,
-     CMD_RENDER | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, "@folder", false},
+     CMD_PICTURE | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, "@folder", false},
     {OPT_INPUT_FORMAT, "input-format", 0, "F", "by its content",
-     "for standard input or a wrong extension", PROGRAMS, CMD_RENDER | CMD_INFO, OPTION_PICTURE,
+     "for standard input or a wrong extension", PROGRAMS, CMD_PICTURE | CMD_INFO, OPTION_PICTURE,
      NULL, false},
 
     {OPT_MAX_FLIP, "max-flip", 0, "X", NULL, "mean FLIP, 0 to 1", LIMITS, CMD_COMPARE, 0, NULL,
@@ -128,18 +129,27 @@ const option_info option_table[] = {
      "of how many values each variance is an estimate", MEASURES, CMD_COMPARE, 0, NULL, false},
 
     {OPT_THREADS, "threads", 't', "N", "the CPUs this process may use, cgroup limit included", "",
-     MACHINE, CMD_RENDER | CMD_INFO | CMD_COMPARE, 0, NULL, false},
+     MACHINE, CMD_PICTURE | CMD_INFO | CMD_COMPARE, 0, NULL, false},
     {OPT_MEMORY, "memory", 0, "SIZE", NULL, "stop with exit 6 before using more, such as 8G",
-     MACHINE, CMD_RENDER | CMD_INFO | CMD_COMPARE | CMD_CONVERT, 0, NULL, false},
+     MACHINE, CMD_PICTURE | CMD_INFO | CMD_COMPARE | CMD_CONVERT, 0, NULL, false},
     {OPT_ISA, "isa", 0, "NAME", "auto",
      "scalar, avx2, avx512: at most that; auto: what the CPU has; the picture is the same", MACHINE,
-     CMD_RENDER | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
+     CMD_PICTURE | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
     {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
-     CMD_RENDER | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
+     CMD_PICTURE | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
+
+    {OPT_SAMPLE, "sample", 0, "N", NULL, "the rays of this sample of the pixel, from 0", EXPLAINING,
+     CMD_EXPLAIN, 0, NULL, false},
+    {OPT_LEVELS, "levels", 0, "N", "6; all with --json",
+     "show rays no deeper than this; camera ray 0", EXPLAINING, CMD_EXPLAIN, 0, NULL, false},
+    {OPT_DOT, "dot", 0, NULL, NULL, "the tree as a graph for Graphviz: dot -Tsvg", EXPLAINING,
+     CMD_EXPLAIN, 0, NULL, false},
+    {OPT_SVG, "svg", 0, "VIEW", "side", "the rays drawn in the scene as SVG: side, top or camera",
+     EXPLAINING, CMD_EXPLAIN, OPTION_OPTIONAL_VALUE, "side|top|camera", false},
 
     {OPT_MAN, "man", 0, "PAGE", NULL,
-     "a manual page in roff: snell, render, info, compare, convert, example, help or scene", TEXTS,
-     CMD_HELP, 0, "snell|render|info|compare|convert|example|help|scene", false},
+     "a manual page in roff: snell, render, explain, info, compare, convert, example, help or scene", TEXTS,
+     CMD_HELP, 0, "snell|render|explain|info|compare|convert|example|help|scene", false},
     {OPT_COMPLETION, "completion", 0, "SHELL", NULL, "a completion script: bash, zsh or fish",
      TEXTS, CMD_HELP, 0, "bash|zsh|fish", false},
     {OPT_LIST, "options", 0, NULL, NULL, "every option of every command, one a line", TEXTS,
@@ -176,6 +186,20 @@ const command_info command_table[] = {
      "snell render glass.lua -D depth=5 -n 64 -o glass.exr\n"
      "snell render planets.lua --frames 1..120 -o 'out/%04d.png'\n"
      "ssh server snell render - -o - < scene.lua > scene.png"},
+    {CMD_EXPLAIN, "explain", "FILE X Y", "why has this pixel this colour? draw its tree of rays",
+     "why has this pixel this colour?\n"
+     "FILE is a scene or model, with the options that 'snell render' takes, or a picture that "
+     "snell "
+     "made, which says how. X and Y count from the top left, from 0. Each line of the tree is a "
+     "ray "
+     "or a light and begins with what it adds: they add up to the sample, and the samples to the "
+     "pixel, to the last bit. Without --sample one is drawn that is near their mean.",
+     NULL,
+     "snell explain balls.png 400 300\n"
+     "snell explain glass.lua 320 200 -i whitted -n 1 --levels 10\n"
+     "snell explain glass.png 320 200 --svg > rays.svg\n"
+     "snell explain glass.png 320 200 --dot | dot -Tpng > tree.png\n"
+     "snell explain glass.png 320 200 --json | jq '.rays[0].hit.shape'"},
     {CMD_INFO, "info", "FILE...", "what is in this model, scene or picture",
      "what is in a model, a scene or a picture\n"
      "Of a model or scene: format, counts, bounds, cameras, lights, materials, the values that it "
@@ -296,7 +320,15 @@ static int unknown_option(const command_info *command, const char *name, size_t 
     const char *label = command == NULL ? "snell" : command->name;
     if (command != NULL)
         snprintf(hint, sizeof hint, "'snell %s --help' lists what it takes", label);
+    for (size_t i = 0; i < option_table_count; i++) {
+        if (option_belongs(&option_table[i], command)) names[count++] = option_table[i].name;
+    }
+    const char *near = text_closest(word, names, count);
     const option_info *elsewhere = option_find(name, length);
+    if (elsewhere != NULL && near != NULL) {
+        snprintf(hint, sizeof hint, "did you mean '--%s'?", near);
+        return report_usage(hint, "%s takes no option '--%s'", label, word);
+    }
     if (elsewhere != NULL) {
         for (size_t i = 0; i < command_table_count; i++) {
             if ((elsewhere->commands & command_table[i].bit) != 0) {
@@ -306,10 +338,6 @@ static int unknown_option(const command_info *command, const char *name, size_t 
         }
         return report_usage(hint, "%s takes no option '--%s'", label, word);
     }
-    for (size_t i = 0; i < option_table_count; i++) {
-        if (option_belongs(&option_table[i], command)) names[count++] = option_table[i].name;
-    }
-    const char *near = text_closest(word, names, count);
     if (near != NULL) snprintf(hint, sizeof hint, "did you mean '--%s'?", near);
     return report_usage(hint, "unknown option '--%s'", word);
 }
@@ -448,6 +476,26 @@ int options_parse(int argc, char **argv, options *o) {
         if (code != EXIT_DONE) return code;
     }
     report_setup(o);
+    return EXIT_DONE;
+}
+
+static bool copy_list(const string_list *from, size_t more, string_list *to) {
+    to->items = malloc((from->count + more + 1) * sizeof *to->items);
+    if (to->items == NULL) return false;
+    memcpy(to->items, from->items, from->count * sizeof *to->items);
+    return true;
+}
+
+int options_with(const options *o, const char *const *words, size_t count, options *out) {
+    *out = *o;
+    bool set = copy_list(&o->set, count, &out->set),
+         allow = copy_list(&o->allow, count, &out->allow),
+         operands = copy_list(&o->operands, 0, &out->operands);
+    if (!set || !allow || !operands) return report_error(EXIT_MEMORY, NULL, "out of memory");
+    for (size_t i = 0; i < count; i++) {
+        int code = parse_long(out, words[i] + 2, NULL);
+        if (code != EXIT_DONE) return code;
+    }
     return EXIT_DONE;
 }
 

@@ -50,6 +50,10 @@ typedef enum option_id {
     OPT_MEMORY,
     OPT_ISA,
     OPT_PROGRESS,
+    OPT_SAMPLE,
+    OPT_LEVELS,
+    OPT_DOT,
+    OPT_SVG,
     OPT_MAN,
     OPT_COMPLETION,
     OPT_LIST,
@@ -70,7 +74,9 @@ enum command_bits {
     CMD_HELP = 8,
     CMD_COMPARE = 16,
     CMD_CONVERT = 32,
-    CMD_ALL = 63
+    CMD_EXPLAIN = 64,
+    CMD_PICTURE = CMD_RENDER | CMD_EXPLAIN, /* those that take what decides a picture */
+    CMD_ALL = 127
 };
 
 enum option_flags {
@@ -117,6 +123,9 @@ extern const size_t command_table_count;
  * came, so that --json and --color are known even then. */
 int options_parse(int argc, char **argv, options *out);
 void options_free(options *o);
+/* A copy that takes more options, each one word such as "--size=3x3"; borrowed. Exit code; it is to be
+ * freed whatever that is. */
+int options_with(const options *o, const char *const *words, size_t count, options *out);
 const option_info *option_find(const char *name, size_t length);
 const command_info *command_find(const char *name);
 bool option_belongs(const option_info *info, const command_info *command);

@@ -39,7 +39,7 @@ static int write_picture(job *j, bool partial) {
     snell_image_desc image = image_settings(j);
     char *tag = NULL;
     if (j->stage.options->value[OPT_STRIP] == NULL) {
-        tag = tag_make(j->stage.options, j->stage.input, &j->stage.desc, j->film,
+        tag = tag_make(j->stage.options, j->stage.input, j->stage.hash, &j->stage.desc, j->film,
                        j->stage.session->frame, partial);
         if (tag == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
     }

@@ -289,12 +289,15 @@ json_t *report_take_error(void) {
     return error;
 }
 
-int report_emit(json_t *object, int code) {
+static int emit(json_t *object, int code, size_t precision) {
     state.emitted = true;
-    bool written =
-        object != NULL && json_dumpf(object, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(9)) == 0;
+    bool written = object != NULL &&
+                   json_dumpf(object, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(precision)) == 0;
     json_decref(object);
     if (written && fputc('\n', stdout) != EOF && fflush(stdout) == 0) return code;
     return code != EXIT_DONE ? code
                              : report_error(EXIT_IO, NULL, "standard output cannot be written");
 }
+
+int report_emit(json_t *object, int code) { return emit(object, code, 9); }
+int report_emit_exactly(json_t *object, int code) { return emit(object, code, 17); }

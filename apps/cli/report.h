@@ -58,6 +58,7 @@ json_t *report_take_error(void); /* NULL when there was none */
 /* The one object on standard output; takes the reference. Returns `code`, or 5 if writing failed.
  */
 int report_emit(json_t *object, int code);
+int report_emit_exactly(json_t *object, int code); /* numbers with all their digits */
 bool report_emitted(void);
 json_t *report_text(const char *text); /* a JSON string, also of bytes that are not UTF-8 */
 

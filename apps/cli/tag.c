@@ -3,6 +3,7 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "report.h"
 #include "text.h"
@@ -50,9 +51,11 @@ static bool is_setting(option_id id) {
            id == OPT_TONEMAP;
 }
 
-char *tag_make(const options *o, const char *file, const snell_render_desc *desc,
+char *tag_make(const options *o, const char *file, uint64_t hash, const snell_render_desc *desc,
                const snell_film *film, uint32_t frame, bool partial) {
     json_t *tag = json_object(), *list = json_array();
+    char digits[32];
+    snprintf(digits, sizeof digits, "%016" PRIx64, hash);
     append_settings(list, o, desc, film, frame);
     for (size_t i = 0; i < option_table_count; i++) {
         const option_info *info = &option_table[i];
@@ -66,11 +69,21 @@ char *tag_make(const options *o, const char *file, const snell_render_desc *desc
     }
     json_object_set_new(tag, "snell", json_string(snell_version()));
     json_object_set_new(tag, "file", report_text(file));
+    json_object_set_new(tag, "scene", json_string(digits));
     json_object_set_new(tag, "options", list);
     if (partial) json_object_set_new(tag, "partial", json_true());
     char *text = json_dumps(tag, JSON_COMPACT);
     json_decref(tag);
     return text;
+}
+
+bool tag_is_picture(const char *path) {
+    static const char *const endings[] = {".png", ".exr", ".pfm", ".ppm"};
+    size_t length = strlen(path);
+    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
+        if (length > 4 && strcasecmp(path + length - 4, endings[i]) == 0) return true;
+    }
+    return false;
 }
 
 /* A picture may come from anywhere: only options that decide pictures are handed on, so that the

@@ -1,6 +1,6 @@
 /* The text inside a picture that tells how it was made: {"snell": version, "file": as typed,
- * "options": [...]}, the options written as on the command line, and nothing that does not decide
- * the picture. */
+ * "scene": its hash, "options": [...]}, the options written as on the command line, and nothing that
+ * does not decide the picture. */
 #ifndef SNELL_CLI_TAG_H
 #define SNELL_CLI_TAG_H
 
@@ -11,7 +11,7 @@
 
 /* The caller frees it; NULL on lack of memory. film: for the look that its scene asks for; frame 0:
  * none was asked for. */
-char *tag_make(const options *o, const char *file, const snell_render_desc *desc,
+char *tag_make(const options *o, const char *file, uint64_t hash, const snell_render_desc *desc,
                const snell_film *film, uint32_t frame, bool partial);
 /* NULL when the tag is not of this form, or an option in it is not render's. */
 json_t *tag_read(const char *tag);
@@ -21,5 +21,6 @@ const char *tag_option(const json_t *tag, const char *name);
  * would have done as well (`linear`: exposure and tone map of floats) takes the place of its
  * options, the rest goes to a list "converted". */
 char *tag_convert(const char *tag, const options *o, bool linear);
+bool tag_is_picture(const char *path); /* by its name: a file that may have one */
 
 #endif

@@ -397,6 +397,11 @@ typedef struct snell_scene_stats {
 SNELL_API snell_status snell_scene_get_stats(
     const snell_scene *scene, snell_scene_stats *out); /* out->struct_size set by the caller */
 
+/* Of everything that was added and decides a picture, committed or not: not of names, nor of files and
+ * lines that it came from. The same on every machine; another version's may differ.
+ * SNELL_ERR_UNSUPPORTED: a shape by the caller's own functions is among it. */
+SNELL_API snell_status snell_scene_hash(const snell_scene *scene, uint64_t *out);
+
 typedef struct snell_object_info {
     const char *type, *name;
     uint32_t line;
@@ -684,7 +689,8 @@ typedef struct snell_explained_ray {
                               coverage in [3] */
     /* Of HIT and PASSED: the surface. */
     snell_object_info shape,
-        material;      /* material of type "": the grey that shapes without one have */
+        material; /* material of type "": the grey that shapes without one have */
+    snell_vec3 position;
     snell_hit hit;     /* instance {0}: the shape of a light */
     snell_vec3 normal; /* the shading normal, unit, on the side that the ray came from */
     bool inside;       /* it came from inside */
@@ -698,10 +704,11 @@ typedef struct snell_explained_ray {
 } snell_explained_ray;
 
 typedef enum snell_light_source {
-    SNELL_SOURCE_SURFACE = 1, /* the surface itself: its emission and the ambient light on it */
-    SNELL_SOURCE_SKY,         /* what a ray that leaves sees: lights far away, the background */
-    SNELL_SOURCE_LIGHT,       /* a light that the surface was asked about */
-    SNELL_SOURCE_COVERAGE     /* of a transparent picture: alpha */
+    SNELL_SOURCE_EMISSION = 1, /* of the surface; with the ambient light on it, if there is both */
+    SNELL_SOURCE_AMBIENT,      /* the ambient light on the surface */
+    SNELL_SOURCE_SKY,          /* what a ray that leaves sees: lights far away, the background */
+    SNELL_SOURCE_LIGHT,        /* a light that the surface was asked about */
+    SNELL_SOURCE_COVERAGE      /* of a transparent picture: alpha */
 } snell_light_source;
 
 typedef struct snell_explained_light {

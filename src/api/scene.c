@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "importers/importer.h"
+#include "scene/records.h"
 #include "scene/settings.h"
 
 /* ---- readers and the editor ---- */
@@ -458,6 +459,15 @@ snell_status snell_scene_bounds(const snell_scene *s, snell_bounds *out) {
 }
 
 /* ---- what is in a scene ---- */
+
+snell_status snell_scene_hash(const snell_scene *s, uint64_t *out) {
+    if (out == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    status = records_hash(s->description, out);
+    scene_end_read(s);
+    return status;
+}
 
 static uint64_t array_bytes(const object *o) {
     uint64_t sum = 0;

@@ -165,6 +165,7 @@ void record_hit(const wave *w, const path_ray *r, const hit *h, const shade_poin
                             .primitive = h->primitive,
                             .normal = vec3_from(n),
                             .number = h->instance};
+    said->position = vec3_from(p->p);
     said->normal = vec3_from(p->ns);
     said->inside = !p->outside;
     said->alpha = b->alpha;
@@ -224,12 +225,14 @@ static bool is_zero(dvec3 v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 
 void record_surface(const wave *w, const path_ray *r, dvec3 radiance) {
     if (is_zero(radiance)) return;
-    recorded_light *made = new_light(w, r, SNELL_SOURCE_SURFACE);
+    recorded_light *made = new_light(w, r, SNELL_SOURCE_EMISSION);
     contribute(w->settings.record, r->sample, made, weighted(r, radiance));
     if (made == NULL) return;
     put3(made->said.incoming, radiance);
+    dvec3 whole = node_of(w, r)->emission;
+    if (is_zero(whole)) made->said.source = SNELL_SOURCE_AMBIENT;
     if (!w->settings.integrator->one_branch) return;
-    dvec3 whole = node_of(w, r)->emission; /* of which `path` counts a part */
+    /* Of which `path` counts a part. */
     put3(made->said.incoming, whole);
     made->said.weight = dvec3_largest(radiance) / dvec3_largest(whole);
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "sampling/sampling.h"
 
 enum { VERSION = 3, STRING_MAX = 1 << 16, NAME_MAX_SIZE = 1024, PARAMS_MAX = 10000 };
 enum { MESSAGE_RECORDS_MAX = 1000 };
@@ -124,23 +125,31 @@ static void put_field(writer *w, const field *f, const void *member) {
     }
 }
 
-static void put_object(writer *w, const object *o, uint32_t type) {
-    put_u32(w, type);
-    put_u32(w, o->line);
-    put_string(w, o->name);
-    put_string(w, o->file);
+static void put_fields(writer *w, const object *o) {
     for (uint32_t i = 0; i < o->type->field_count; i++) {
         const field *f = &o->type->fields[i];
         put_field(w, f, (const char *)o->desc + f->offset);
     }
 }
 
-static void put_instance(writer *w, const instance *i) {
+static void put_object(writer *w, const object *o, uint32_t type) {
+    put_u32(w, type);
+    put_u32(w, o->line);
+    put_string(w, o->name);
+    put_string(w, o->file);
+    put_fields(w, o);
+}
+
+static void put_placed(writer *w, const instance *i) {
     put_u32(w, i->shape);
     put_u32(w, i->material);
     put_u32(w, i->owner);
     put_u32(w, i->fills ? 1 : 0);
     put(w, &i->to_world, sizeof i->to_world);
+}
+
+static void put_instance(writer *w, const instance *i) {
+    put_placed(w, i);
     put_u32(w, i->line);
     put_string(w, i->name);
     put_array(w, i->keys, i->key_count, sizeof *i->keys);
@@ -216,6 +225,42 @@ snell_status records_write(const description *d, record_write_fn *write, void *u
     if (w.failed)
         return error_set(SNELL_ERR_IO, NULL, "the scene's %llu bytes could not be written",
                          (unsigned long long)header.size);
+    return SNELL_OK;
+}
+
+/* ---- hashing: what decides a picture, and nothing else ---- */
+
+static bool hash_words(void *user, const void *data, size_t size) {
+    uint64_t *hash = user;
+    const char *bytes = data;
+    for (size_t i = 0; i < size; i += sizeof(uint64_t)) {
+        uint64_t word = 0;
+        memcpy(&word, bytes + i, size - i < sizeof word ? size - i : sizeof word);
+        *hash = hash_mix(*hash ^ word);
+    }
+    return true;
+}
+
+snell_status records_hash(const description *d, uint64_t *out) {
+    uint64_t hash = 0;
+    writer w = {.write = hash_words, .user = &hash};
+    uint32_t type;
+    for (int c = 0; c < CATEGORY_COUNT; c++)
+        for (size_t i = 0; i < d->objects[c].count; i++) {
+            const object *o = &d->objects[c].items[i];
+            if (!object_is_group(o) && !type_number(o->type, &type))
+                return error_set(SNELL_ERR_UNSUPPORTED, NULL,
+                                 "a shape by functions of the caller has no hash");
+            put_string(&w, o->type->name);
+            put_fields(&w, o);
+        }
+    for (size_t i = 0; i < d->instance_count; i++) {
+        const instance *at = &d->instances[i];
+        if (at->removed) continue;
+        put_placed(&w, at);
+        put_array(&w, at->keys, at->key_count, sizeof *at->keys);
+    }
+    *out = hash;
     return SNELL_OK;
 }
 

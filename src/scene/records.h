@@ -16,6 +16,10 @@
 typedef bool record_write_fn(void *user, const void *data, size_t size);
 snell_status records_write(const description *d, record_write_fn *write, void *user);
 
+/* Of all that decides a picture: types, fields, places; not of names, files and lines.
+ * SNELL_ERR_UNSUPPORTED: a shape by functions of the caller. */
+snell_status records_hash(const description *d, uint64_t *out);
+
 /* Adds everything in the block to `d`, checking every count, index and number again: a hostile
  * block gives SNELL_ERR_SYNTAX and leaves `d` as it was, never undefined behaviour. `data` is
  * aligned to 8 bytes, and may change no more while this runs. Arrays are copied once, from the
