@@ -52,6 +52,45 @@ static const camera_type *find(const char *name) {
     return found;
 }
 
+/* What a ray meets is seen where the ray came from. */
+static void projections(void **state) {
+    (void)state;
+    uint64_t random = 5;
+    for (uint32_t k = 0; k < camera_type_count; k++) {
+        const camera_type *type = camera_types[k];
+        char desc[512];
+        desc_init(&type->info, desc);
+        ((camera_common *)(void *)desc)->at = v3(0.4, -0.3, 1);
+        for (int i = 0; i < 200; i++) {
+            double x = 400 * uniform(&random), y = 200 * uniform(&random), px, py;
+            dvec3 o, d;
+            if (!ray_of(type, desc, x, y, &o, &d)) continue;
+            camera_frame frame;
+            camera_prepare(type, desc, 400, 200, NULL, &frame);
+            dvec3 p = dvec3_add(o, dvec3_scale(d, 0.1 + 9 * uniform(&random)));
+            assert_true(camera_project(type, &frame, 0, p, &px, &py));
+            assert_true(fabs(px - x) < 1e-3 && fabs(py - y) < 1e-3);
+        }
+    }
+}
+
+/* The middle of what is looked at, in a crop; and what is behind. */
+static void projection_of_a_crop(void **state) {
+    (void)state;
+    snell_render_desc desc = picture(SNELL_APPEL, 400, 200, 0);
+    snell_view view = look(v3(0, 0, 5), v3(0, 0, 0));
+    const snell_vec3 points[2] = {v3(0, 0, 1), v3(0, 0, 6)};
+    snell_vec2 pixels[2];
+    desc.view = &view;
+    desc.crop_x = 30, desc.crop_y = 40, desc.crop_width = desc.crop_height = 10;
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    MUST(snell_scene_project(bench.scene, &desc, points, pixels, 2));
+    ASSERT_CLOSE((double)pixels[0].x, 170, 1e-6, 0);
+    ASSERT_CLOSE((double)pixels[0].y, 60, 1e-6, 0);
+    assert_true(isnan(pixels[1].x) && isnan(pixels[1].y));
+    assert_int_equal(snell_scene_project(bench.scene, NULL, points, pixels, 2), SNELL_ERR_ARGUMENT);
+}
+
 /* From (0, 0, 5) to the origin, as every camera looks by default. */
 static void corner_rays(void **state) {
     (void)state;
@@ -597,6 +636,8 @@ static void views_keep_everything(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test_setup(corner_rays, fresh),
+        cmocka_unit_test_setup(projections, fresh),
+        cmocka_unit_test_setup(projection_of_a_crop, fresh),
         cmocka_unit_test_setup(lens_is_sharp_in_focus, fresh),
         cmocka_unit_test_setup(circles_of_confusion, fresh),
         cmocka_unit_test_setup(edge_profiles, fresh),

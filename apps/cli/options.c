@@ -345,7 +345,8 @@ static int unknown_option(const command_info *command, const char *name, size_t 
 static void list_append(string_list *list, const char *text) { list->items[list->count++] = text; }
 
 static int take_value(options *o, const option_info *info, const char *value) {
-    if (info->values != NULL && info->values[0] != '@' && !info->open &&
+    bool alone = *value == '\0' && (info->flags & OPTION_OPTIONAL_VALUE) != 0;
+    if (info->values != NULL && info->values[0] != '@' && !info->open && !alone &&
         !text_choice_has(info->values, value)) {
         char hint[160], near[48], list[120];
         text_choice_list(info->values, list, sizeof list);

@@ -27,16 +27,8 @@ typedef struct job {
 
 /* ---- render and write ---- */
 
-static snell_image_desc image_settings(const job *j) {
-    snell_image_desc image = SNELL_INIT(image_desc);
-    image.tonemap = j->stage.options->value[OPT_TONEMAP];
-    image.exposure = j->stage.values->exposure;
-    image.exposure_set = j->stage.values->has_exposure;
-    return image;
-}
-
 static int write_picture(job *j, bool partial) {
-    snell_image_desc image = image_settings(j);
+    snell_image_desc image = stage_image(&j->stage);
     char *tag = NULL;
     if (j->stage.options->value[OPT_STRIP] == NULL) {
         tag = tag_make(j->stage.options, j->stage.input, j->stage.hash, &j->stage.desc, j->film,

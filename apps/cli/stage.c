@@ -240,3 +240,11 @@ int stage_prepare(stage *s) {
     }
     return code == EXIT_DONE ? report_strict() : code;
 }
+
+snell_image_desc stage_image(const stage *s) {
+    snell_image_desc image = SNELL_INIT(image_desc);
+    image.tonemap = s->options->value[OPT_TONEMAP];
+    image.exposure = s->values->exposure;
+    image.exposure_set = s->values->has_exposure;
+    return image;
+}

@@ -24,6 +24,8 @@ typedef struct stage {
 
 /* Dresses and commits s->scene, and fills s->desc. Exit code. */
 int stage_prepare(stage *s);
+/* What the command line wants done to the picture. */
+snell_image_desc stage_image(const stage *s);
 /* The exit code of a call about the input, its error reported; a signal counts as one. */
 int stage_status(const stage *s, snell_status status);
 

@@ -587,6 +587,13 @@ typedef struct snell_render_stats {
 /* What the scene asks for, else the defaults of the integrator (0: the scene's, else whitted). */
 SNELL_API snell_status snell_scene_settings(const snell_scene *scene, snell_integrator integrator,
                                             snell_render_desc *out);
+/* Where points of the world are in the picture that `desc` makes, from the top left corner of its film,
+ * when the shutter opens and from the middle of the lens; whether or not something is in the way, and
+ * also beside the picture. {NaN, NaN}: the camera does not see there. desc: its camera, view, width,
+ * height and crop count. */
+SNELL_API snell_status snell_scene_project(const snell_scene *scene, const snell_render_desc *desc,
+                                           const snell_vec3 *points, snell_vec2 *pixels,
+                                           size_t count);
 typedef struct snell_image_desc {
     size_t struct_size;
     const char *tonemap; /* "clip", "neutral", ...; NULL: the film's default from its scene */

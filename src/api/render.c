@@ -301,6 +301,43 @@ snell_status snell_render(const snell_scene *s, const snell_render_desc *desc, s
     return status;
 }
 
+static snell_status project(const snell_scene *s, const snell_render_desc *r,
+                            const snell_vec3 *points, snell_vec2 *pixels, size_t count) {
+    const camera_type *camera = NULL;
+    const void *camera_desc = NULL;
+    perspective_desc by_value;
+    camera_frame frame;
+    double times[2];
+    motion moved = {NULL, 0};
+    snell_status status = check_render(r);
+    if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
+    if (!status) status = open_shutter(s, camera_desc, times, &moved);
+    if (status) return status;
+    camera_prepare(camera, camera_desc, r->width, r->height, moved.count ? &moved : NULL, &frame);
+    double left = r->crop_width ? r->crop_x : 0, top = r->crop_width ? r->crop_y : 0;
+    for (size_t i = 0; i < count; i++) {
+        double x = NAN, y = NAN;
+        dvec3 p = dvec3_from(points[i]);
+        if (!camera_project(camera, &frame, (float)times[0], p, &x, &y)) x = y = NAN;
+        pixels[i] = (snell_vec2){(float)(x - left), (float)(y - top)};
+    }
+    motion_free(&moved);
+    return SNELL_OK;
+}
+
+snell_status snell_scene_project(const snell_scene *s, const snell_render_desc *desc,
+                                 const snell_vec3 *points, snell_vec2 *pixels, size_t count) {
+    if (desc == NULL || (count > 0 && (points == NULL || pixels == NULL)))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_project: an argument is NULL");
+    snell_status status = scene_begin_read(s);
+    if (status) return status;
+    unsigned saved = floatenv_enter();
+    status = project(s, desc, points, pixels, count);
+    floatenv_leave(saved);
+    scene_end_read(s);
+    return status;
+}
+
 /* ---- films ---- */
 
 snell_status snell_film_create(snell_context *context, snell_film **out) {

@@ -55,3 +55,13 @@ bool camera_ray(const camera_type *type, const camera_frame *frame, const camera
     *d = vec3_from(dvec3_normalize(direction));
     return true;
 }
+
+bool camera_project(const camera_type *type, const camera_frame *frame, float time, dvec3 p,
+                    double *x, double *y) {
+    if (frame->motion) {
+        transform at = motion_transform(frame->motion, time), back;
+        if (!transform_inverse(&at, &back)) return false;
+        p = transform_point(&back, p);
+    }
+    return type->project(frame, dvec3_sub(p, dvec3_from(frame->origin)), x, y);
+}

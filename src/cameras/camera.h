@@ -49,6 +49,9 @@ typedef struct camera_type {
     void (*prepare)(const void *desc, camera_frame *out);
     /* In the camera's own space; d of any length. false: no ray goes there, it is black. */
     bool (*ray)(const camera_frame *frame, const camera_sample *sample, vec3 *o, dvec3 *d);
+    /* The place in the picture where a point is seen, from the middle of the lens; v: from the origin,
+     * in the camera's own space. false: nowhere, as what is behind a perspective one. */
+    bool (*project)(const camera_frame *frame, dvec3 v, double *x, double *y);
 } camera_type;
 
 extern const camera_type *const camera_types[];
@@ -63,6 +66,9 @@ void camera_prepare(const camera_type *type, const void *desc, uint32_t width, u
 /* d: unit, rounded. false: no ray goes there. */
 bool camera_ray(const camera_type *type, const camera_frame *frame, const camera_sample *sample,
                 vec3 *o, vec3 *d);
+/* The same for a point of the world, at a time. */
+bool camera_project(const camera_type *type, const camera_frame *frame, float time, dvec3 p,
+                    double *x, double *y);
 
 #define PERSPECTIVE_FIELDS(F, T)                                                                   \
     CAMERA_FIELDS(F, T)                                                                            \

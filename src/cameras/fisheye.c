@@ -27,10 +27,22 @@ static bool make_ray(const camera_frame *f, const camera_sample *s, vec3 *o, dve
     return true;
 }
 
+static bool project(const camera_frame *f, dvec3 v, double *x, double *y) {
+    double across = dvec3_dot(v, f->right), up = dvec3_dot(v, f->up);
+    double off = sqrt(across * across + up * up);
+    double r = fn_atan2(off, dvec3_dot(v, f->forward)) / (f->fov / 2);
+    if (!(r <= 1) || !(dvec3_length(v) > 0)) return false;
+    double radius = double_min(f->width, f->height) / 2, scale = off > 0 ? r * radius / off : 0;
+    *x = f->width / 2 + across * scale;
+    *y = f->height / 2 - up * scale;
+    return true;
+}
+
 const camera_type camera_fisheye = {
     .info = TYPE_INFO(CATEGORY_CAMERA, fisheye, "fisheye",
                       "a wide circle: angles from the view are distances from its middle"),
     .check = check,
     .prepare = prepare,
     .ray = make_ray,
+    .project = project,
 };

@@ -25,10 +25,18 @@ static bool make_ray(const camera_frame *f, const camera_sample *s, vec3 *o, dve
     return true;
 }
 
+static bool project(const camera_frame *f, dvec3 v, double *x, double *y) {
+    dvec3 from_corner = dvec3_sub(dvec3_add(v, dvec3_from(f->origin)), f->corner);
+    *x = dvec3_dot(from_corner, f->column) / dvec3_dot(f->column, f->column);
+    *y = dvec3_dot(from_corner, f->row) / dvec3_dot(f->row, f->row);
+    return dvec3_dot(v, f->forward) > 0;
+}
+
 const camera_type camera_orthographic = {
     .info = TYPE_INFO(CATEGORY_CAMERA, orthographic, "orthographic",
                       "parallel rays: the same size near and far"),
     .check = check,
     .prepare = prepare,
     .ray = make_ray,
+    .project = project,
 };

@@ -25,10 +25,20 @@ static bool make_ray(const camera_frame *f, const camera_sample *s, vec3 *o, dve
     return true;
 }
 
+static bool project(const camera_frame *f, dvec3 v, double *x, double *y) {
+    double along = dvec3_dot(v, f->forward), across = dvec3_dot(v, f->right);
+    double level = sqrt(along * along + across * across);
+    if (!(dvec3_length(v) > 0)) return false;
+    *x = (fn_atan2(across, along) / (2 * PI) + 0.5) * f->width;
+    *y = fn_atan2(level, dvec3_dot(v, f->up)) / PI * f->height;
+    return true;
+}
+
 const camera_type camera_panorama = {
     .info = TYPE_INFO(CATEGORY_CAMERA, panorama, "panorama",
                       "everything around, longitude by latitude; twice as wide as high"),
     .check = check,
     .prepare = prepare,
     .ray = make_ray,
+    .project = project,
 };

@@ -47,10 +47,20 @@ static bool make_ray(const camera_frame *f, const camera_sample *s, vec3 *o, dve
     return true;
 }
 
+static bool project(const camera_frame *f, dvec3 v, double *x, double *y) {
+    double depth = dvec3_dot(v, f->forward);
+    if (!(depth > 0)) return false;
+    dvec3 from_corner = dvec3_sub(dvec3_scale(v, 1 / depth), f->corner);
+    *x = dvec3_dot(from_corner, f->column) / dvec3_dot(f->column, f->column);
+    *y = dvec3_dot(from_corner, f->row) / dvec3_dot(f->row, f->row);
+    return true;
+}
+
 const camera_type camera_perspective = {
     .info = TYPE_INFO(CATEGORY_CAMERA, perspective, "perspective",
                       "a pinhole camera, or a thin lens with depth of field"),
     .check = check,
     .prepare = prepare,
     .ray = make_ray,
+    .project = project,
 };
