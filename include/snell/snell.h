@@ -687,7 +687,7 @@ typedef struct snell_explained_ray {
     snell_ray_end end;
     snell_vec3 origin, direction; /* direction: unit */
     float time;                   /* seconds on the scene's clock */
-    double pdf;       /* of path: its direction's density, 1/sr; 0: there was no choice */
+    double pdf;       /* density that its direction was drawn with, 1/sr; 0: there was no choice */
     double weight[3]; /* how much of what it finds its parent's surface sends on; a camera ray: 1 */
     double distance;  /* to its end, metres; INFINITY: it left; 0: it was not traced */
     double transmittance[3]; /* Beer's law over that distance */

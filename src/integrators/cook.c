@@ -18,9 +18,10 @@ static void follow_gloss(wave *w, const path_ray *r, const shade_point *p, const
     if (!(cosine * dvec3_dot(p->n, wi) > 0) || !(pdf > 0)) return;
     dvec3 f = l->type->evaluate(l, b, p->ns, p->wo, wi);
     double passing = lobe_passing(l, b, dvec3_dot(p->ns, p->wo), cosine);
-    emit_ray(w, r, p, wi, dvec3_scale(f, passing * fabs(cosine) / pdf),
-             cosine < 0 ? wave_beyond(w) : &r->media, slot,
-             cosine < 0 ? RAY_REFRACTED : RAY_REFLECTED);
+    path_ray *child = emit_ray(w, r, p, wi, dvec3_scale(f, passing * fabs(cosine) / pdf),
+                               cosine < 0 ? wave_beyond(w) : &r->media, slot,
+                               cosine < 0 ? RAY_REFRACTED : RAY_REFLECTED);
+    if (child) child->drawn_pdf = (float)pdf;
 }
 
 static void hit_surface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b) {

@@ -39,8 +39,8 @@ typedef struct path_ray {
     bool has_differential;
     float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
     ray_differential differential; /* to the next sample's ray, where has_differential */
-    /* For `path`: the density, per sr, with which the ray's direction was drawn (0: it had no
-     * choice, so that nothing else could have found what it finds); and, if there is one, the normal
+    /* The density, per sr, with which the ray's direction was drawn (0: it had no choice, so that
+     * nothing else could have found what it finds); and for `path`, if there is one, the normal
      * where that was (0: of no side), as scene_choose_source was or would have been asked, and where
      * that was, which a pane that lets the ray straight through does not change. */
     float drawn_pdf;
