@@ -1,11 +1,10 @@
 /* snell_explain: what it tells adds up to the pixel that snell_render makes, bit for bit; the factors
  * of each contribution are those that it came from; and no surface sends on more than it gets. */
 #include <glob.h>
+#include <unistd.h>
 
-#include "reference.h"
-#include "render_test.h"
+#include "reference_scene.h"
 
-static const double PI_ = 3.14159265358979323846;
 static rig bench;
 
 static int start(void **state) {
@@ -105,9 +104,7 @@ static void check_order(const told *t) {
     assert_int_equal(lights, t->light_count);
 }
 
-static double component(snell_vec3 v, int c) {
-    return (double)(c == 0 ? v.x : c == 1 ? v.y : v.z);
-}
+static double component(snell_vec3 v, int c) { return (double)(c == 0 ? v.x : c == 1 ? v.y : v.z); }
 
 /* Three roundings to float between two rays. */
 static bool near(double a, double b) { return fabs(a - b) <= 4e-7 * fabs(b) + 1e-38; }
@@ -142,10 +139,10 @@ static void check_contribution(const told *t, const snell_explained_light *l) {
 }
 
 typedef struct seen {
-    size_t rays, lights, blocked, conserving, splits;
+    size_t rays, lights, blocked, conserving, splits, passed, hidden, named;
 } seen;
 
-static bool is(const snell_explained_ray *r, const char *material) {
+static bool made_of(const snell_explained_ray *r, const char *material) {
     return strcmp(r->material.type, material) == 0;
 }
 
@@ -159,7 +156,7 @@ static double survival(const told *t, const snell_explained_ray *r) {
 /* What a hit's rays carry together is at most all. Of rays that were drawn by chance one may carry
  * more than the mean of them: those are left out where the material has several parts. */
 static void check_energy(const told *t, const snell_explained_ray *r, seen *s) {
-    bool one_part = is(r, "dielectric") || is(r, "mirror") || is(r, "lambert");
+    bool one_part = made_of(r, "dielectric") || made_of(r, "mirror") || made_of(r, "lambert");
     double sum[3] = {0, 0, 0}, reflected = 0, refracted = 0;
     bool drawn = false, split = false;
     for (uint32_t k = 1; k < r->ray_count; k += r[k].ray_count) {
@@ -182,7 +179,7 @@ static void check_energy(const told *t, const snell_explained_ray *r, seen *s) {
             fail();
         }
     s->conserving++;
-    if (t->by_chance || !is(r, "dielectric") || r->fresnel[0] == 0) return;
+    if (t->by_chance || !made_of(r, "dielectric") || r->fresnel[0] == 0) return;
     /* By Snell and Fresnel: F goes back, at most 1 - F goes on. */
     assert_true(reflected <= r->fresnel[0] + 1e-12);
     assert_true(refracted <= 1 - r->fresnel[0] + 1e-12);
@@ -195,6 +192,9 @@ static void check(const told *t, seen *s) {
     for (size_t i = 0; i < t->ray_count; i++) {
         check_throughput(t, &t->rays[i]);
         check_energy(t, &t->rays[i], s);
+        s->passed += t->rays[i].end == SNELL_RAY_PASSED;
+        s->hidden += t->rays[i].end == SNELL_RAY_HIT && t->rays[i].hit.instance.index1 == 0;
+        s->named += strcmp(t->rays[i].shape.name, "ball") == 0;
     }
     for (size_t i = 0; i < t->light_count; i++) {
         check_contribution(t, &t->lights[i]);
@@ -213,7 +213,8 @@ static void explain_pixels(const snell_render_desc *desc, seen *s) {
     MUST(snell_render(bench.scene, desc, bench.film));
     const float *pixels = snell_film_pixels(bench.film, &width, &height, &channels);
     for (int i = 0; i < count; i++) {
-        uint32_t x = (uint32_t)(uniform(&random) * width), y = (uint32_t)(uniform(&random) * height);
+        uint32_t x = (uint32_t)(uniform(&random) * width),
+                 y = (uint32_t)(uniform(&random) * height);
         told t = ask(desc, x, y);
         check_total(&t, pixels + ((size_t)y * width + x) * channels, channels);
         check(&t, s);
@@ -247,7 +248,406 @@ static void showcase(void **state) {
     assert_true(s.blocked > 0 && s.conserving > 0 && s.splits > 0);
 }
 
+enum { LEVELS = 6 };
+
+/* One ray through the centre of a picture of one pixel. */
+static told ask_along(snell_vec3 from, snell_vec3 at, uint32_t depth) {
+    snell_render_desc desc = picture(SNELL_WHITTED, 1, 1, depth);
+    snell_view view = look(from, at);
+    desc.view = &view;
+    return ask(&desc, 0, 0);
+}
+
+/* ---- what the showcase has little of ---- */
+
+static snell_render_desc small(int integrator) {
+    snell_render_desc desc = SNELL_INIT(render_desc);
+    MUST(snell_scene_settings(bench.scene, (snell_integrator)integrator, &desc));
+    desc.width = 16;
+    desc.height = 12;
+    desc.samples = 4;
+    desc.transparent = integrator % 2;
+    return desc;
+}
+
+/* All pixels by all integrators. */
+static seen explain_all(const char *lua) {
+    seen s = {0};
+    char path[] = "/tmp/snell-test-XXXXXX";
+    int file = mkstemp(path);
+    assert_true(file >= 0 && write(file, lua, strlen(lua)) == (ssize_t)strlen(lua));
+    close(file);
+    snell_load_desc load = SNELL_INIT(load_desc);
+    load.format = "lua";
+    snell_status status = snell_scene_load(bench.scene, path, &load);
+    unlink(path);
+    MUST(status);
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    for (int i = SNELL_APPEL; i <= SNELL_PATH; i++) {
+        snell_render_desc desc = small(i);
+        uint32_t width, height, channels;
+        MUST(snell_render(bench.scene, &desc, bench.film));
+        const float *pixels = snell_film_pixels(bench.film, &width, &height, &channels);
+        for (uint32_t at = 0; at < width * height; at++) {
+            told t = ask(&desc, at % width, at / width);
+            check_total(&t, pixels + (size_t)at * channels, channels);
+            check(&t, &s);
+            snell_explanation_destroy(t.whole);
+        }
+    }
+    return s;
+}
+
+/* What is there in part, in front of and inside of glass; panes; a light that the camera does not see;
+ * several lights far away. */
+static void corners(void **state) {
+    (void)state;
+    seen s = explain_all(
+        "camera { from = {0, 1, 6}, at = {0, 0.6, 0}, fov = 45 }\n"
+        "background { color = {.3, .4, .5}, top = {.1, .2, .6} }\n"
+        "ambient { color = 0.02 }\n"
+        "light.directional { direction = {-1, -2, -1}, irradiance = 2, angle = 0.1 }\n"
+        "light.quad { corner = {-1, 3, -1}, u = {2, 0, 0}, v = {0, 0, 2}, radiance = 4,"
+        "  visible = false }\n"
+        "light.point { position = {2, 2, 3}, intensity = 9 }\n"
+        "local glass = material.dielectric { ior = 1.5, absorption = {.3, .1, .2} }\n"
+        "local inner = material.dielectric { ior = 1.33, priority = 1 }\n"
+        "local veil = material.lambert { color = .7, alpha = .5 }\n"
+        "local shine = material.lambert { color = .2, emission = {1, .5, .2} }\n"
+        "local pane = material.principled { transmission = 1, roughness = 0.1 }\n"
+        "plane { point = {0, 0, 0}, material = material.lambert { color = .5 }, name = 'ground' }\n"
+        "sphere { center = {-1, .8, 0}, radius = .8, material = glass, name = 'ball' }\n"
+        "sphere { center = {-1, .8, .3}, radius = .5, material = inner }\n"
+        "sphere { center = {1, .7, 0}, radius = .7, material = veil, name = 'veil' }\n"
+        "sphere { center = {1, .7, 0}, radius = .3, material = shine }\n"
+        "quad { corner = {-1, 0, 2}, u = {2, 0, 0}, v = {0, 1.2, 0}, material = pane }\n"
+        "box { min = {-2.4, 0, -1}, max = {-2, 1, 0},"
+        "  material = material.principled { metallic = .5, roughness = .3, clearcoat = 1 } }\n");
+    assert_true(s.blocked > 0 && s.splits > 0 && s.passed > 0 && s.hidden > 0 && s.named > 0);
+}
+
+/* ---- names, choices, limits ---- */
+
+static void names(void **state) {
+    (void)state;
+    snell_sphere_desc sphere = SNELL_INIT(sphere_desc);
+    snell_shape_id shape;
+    MUST(snell_scene_add_sphere(bench.scene, &sphere, &shape));
+    snell_instance_id ball = place(&bench, shape, add_lambert(&bench, grey(0.5)));
+    add_sphere(&bench, v3(0, 3, 0), 0.5, add_mirror(&bench, grey(1)));
+    add_point(&bench, v3(0, 9, 0), grey(100));
+    add_point(&bench, v3(0, 0, -9), grey(100));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    told t = ask_along(v3(0, 1.2, 5), v3(0, 0.9, 0), 4);
+    const snell_explained_ray *r = &t.rays[0];
+    assert_int_equal(t.ray_count, 1);
+    assert_string_equal(r->shape.type, "sphere");
+    assert_string_equal(r->material.type, "lambert");
+    assert_int_equal(r->hit.instance.index1, ball.index1);
+    assert_int_equal(r->light_count, 2);
+    const snell_explained_light *above = &t.lights[r->first_light], *behind = above + 1;
+    assert_true(above->tested && above->visibility[0] == 0);
+    assert_string_equal(above->blocker.type, "sphere");
+    assert_true(above->blocker_distance > 1 && above->blocker_distance < 3);
+    assert_true(!behind->tested && behind->contribution[0] == 0);
+    snell_explanation_destroy(t.whole);
+}
+
+static void one_sample(void **state) {
+    (void)state;
+    add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), add_mirror(&bench, grey(0.5)));
+    MUST(snell_scene_set_background_gradient(bench.scene, grey(0), grey(1)));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    snell_render_desc desc = SNELL_INIT(render_desc);
+    snell_view view = look(v3(0, 1, 3), v3(0, 0.5, 0));
+    desc.view = &view;
+    desc.width = desc.height = 9;
+    desc.samples = 8;
+    snell_explain_desc at = SNELL_INIT(explain_desc);
+    snell_explanation *whole, *one;
+    at.x = at.y = 4;
+    MUST(snell_explain(bench.scene, &desc, &at, &whole));
+    at.first_sample = 5;
+    at.sample_count = 1;
+    MUST(snell_explain(bench.scene, &desc, &at, &one));
+    uint32_t count, channels;
+    size_t rays;
+    const snell_explained_sample *all = snell_explanation_samples(whole, &count),
+                                 *kept = snell_explanation_samples(one, &count);
+    assert_int_equal(count, 8);
+    for (uint32_t i = 0; i < count; i++) {
+        assert_memory_equal(kept[i].radiance, all[i].radiance, sizeof all[i].radiance);
+        assert_int_equal(kept[i].ray_count, i == 5 ? all[i].ray_count : 0);
+    }
+    const snell_explained_ray *few = snell_explanation_rays(one, &rays),
+                              *many = snell_explanation_rays(whole, NULL) + all[5].first_ray;
+    assert_int_equal(rays, all[5].ray_count);
+    for (size_t i = 0; i < rays; i++) {
+        assert_int_equal(few[i].sample, 5);
+        assert_memory_equal(&few[i].throughput, &many[i].throughput, sizeof few[i].throughput);
+    }
+    assert_memory_equal(snell_explanation_pixel(one, &channels),
+                        snell_explanation_pixel(whole, NULL), sizeof(float) * 3);
+    snell_explanation_destroy(whole);
+    snell_explanation_destroy(one);
+}
+
+static bool never(void *user, const snell_progress *progress) {
+    (void)user;
+    (void)progress;
+    return false;
+}
+
+static void mistakes(void **state) {
+    (void)state;
+    snell_render_desc desc = picture(SNELL_WHITTED, 8, 4, 3);
+    snell_explain_desc at = SNELL_INIT(explain_desc);
+    snell_view view = look(v3(0, 1, 3), v3(0, 0, 0));
+    snell_explanation *e = NULL;
+    desc.view = &view;
+    assert_int_equal(snell_explain(bench.scene, &desc, &at, &e), SNELL_ERR_STATE);
+    add_plane(&bench, v3(0, 0, 0), v3(0, 1, 0), add_mirror(&bench, grey(1)));
+    add_plane(&bench, v3(0, 5, 0), v3(0, -1, 0), add_mirror(&bench, grey(1)));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    assert_int_equal(snell_explain(bench.scene, &desc, NULL, &e), SNELL_ERR_ARGUMENT);
+    assert_int_equal(snell_explain(bench.scene, NULL, &at, &e), SNELL_ERR_ARGUMENT);
+    at.x = 8;
+    assert_int_equal(snell_explain(bench.scene, &desc, &at, &e), SNELL_ERR_ARGUMENT);
+    assert_non_null(strstr(snell_last_error()->text, "8,0 is outside the picture of 8 x 4"));
+    desc.crop_x = 2, desc.crop_width = desc.crop_height = 2;
+    at.x = 2; /* of the crop */
+    assert_int_equal(snell_explain(bench.scene, &desc, &at, &e), SNELL_ERR_ARGUMENT);
+    at.x = 0;
+    at.first_sample = 0, at.sample_count = 2;
+    assert_int_equal(snell_explain(bench.scene, &desc, &at, &e), SNELL_ERR_ARGUMENT);
+    at.sample_count = 0;
+    at.struct_size--;
+    assert_int_equal(snell_explain(bench.scene, &desc, &at, &e), SNELL_ERR_VERSION);
+    at.struct_size++;
+    desc.max_depth = 100;
+    at.rays_max = 20;
+    assert_int_equal(snell_explain(bench.scene, &desc, &at, &e), SNELL_ERR_MEMORY);
+    assert_non_null(strstr(snell_last_error()->text, "more than 20 rays"));
+    at.rays_max = 0;
+    desc.integrator = SNELL_PATH;
+    desc.samples = 1 << 20;
+    desc.progress = never;
+    at.first_sample = 7, at.sample_count = 1;
+    assert_int_equal(snell_explain(bench.scene, &desc, &at, &e), SNELL_CANCELLED);
+    assert_null(e);
+    snell_explanation_destroy(NULL);
+    assert_null(snell_explanation_rays(NULL, NULL));
+}
+
+/* ---- the hash of a scene ---- */
+
+static uint64_t hash(void) {
+    uint64_t h;
+    MUST(snell_scene_hash(bench.scene, &h));
+    return h;
+}
+
+static void hashes(void **state) {
+    (void)state;
+    uint64_t empty = hash();
+    snell_instance_id ball = add_sphere(&bench, v3(0, 0, 0), 1, add_lambert(&bench, grey(0.5)));
+    uint64_t one = hash();
+    assert_true(one != empty);
+    snell_transform moved = {{{1, 0, 0, 1}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    MUST(snell_scene_set_instance_transform(bench.scene, ball, &moved));
+    uint64_t two = hash();
+    assert_true(two != one);
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    assert_true(hash() == two);
+    rig_clear(&bench);
+    add_sphere(&bench, v3(0, 0, 0), 1, add_lambert(&bench, grey(0.5)));
+    assert_true(hash() == one);
+    rig_clear(&bench);
+    add_sphere(&bench, v3(0, 0, 0), 1, add_lambert(&bench, grey(0.25)));
+    assert_true(hash() != one);
+    assert_int_equal(snell_scene_hash(bench.scene, NULL), SNELL_ERR_ARGUMENT);
+}
+
+/* ---- the reference cases, node by node ---- */
+
+/* The only child of a kind. */
+static const snell_explained_ray *child(const snell_explained_ray *r, snell_ray_kind kind) {
+    const snell_explained_ray *found = NULL;
+    for (uint32_t k = 1; k < r->ray_count; k += r[k].ray_count) {
+        if (r[k].kind != kind) continue;
+        assert_null(found);
+        found = &r[k];
+    }
+    assert_non_null(found);
+    return found;
+}
+
+/* Of one ray, whose place and direction are floats; near grazing that shows. */
+#define FLOAT_RAY 3e-6
+#define AGREES(c, got, expected) assert_true(reference_agrees((c), (got), (expected)))
+
+/* What is found no deeper than N is the picture of that depth. */
+static void check_levels(const reference_case *c, const told *t) {
+    for (uint32_t n = 0; n <= LEVELS; n++) {
+        double sum = 0;
+        for (size_t i = 0; i < t->light_count; i++)
+            if (t->rays[t->lights[i].ray].depth <= n) sum += t->lights[i].contribution[0];
+        AGREES(c, sum, reference_number(get(c->expected, "by_N"), n));
+    }
+}
+
+/* A ray comes into glass, where every face reflects R and every crossing has the same length, and
+ * lets some of it out at each of them. */
+static void check_glass(const reference_case *c, const told *t, double ior, double r, double length,
+                        double crossing) {
+    const snell_explained_ray *at = &t->rays[0];
+    double carried = 1 - r, rounded = 1e-6; /* of a throughput, at each hit */
+    ASSERT_CLOSE(at->fresnel[0], r, FLOAT_RAY, 0);
+    ASSERT_CLOSE(at->ior_to, ior, FLOAT_RAY, 0);
+    assert_true(at->ior_from == 1 && !at->inside);
+    ASSERT_CLOSE(child(at, SNELL_RAY_REFLECTED)->weight[0], r, FLOAT_RAY, 0);
+    ASSERT_CLOSE(component(child(at, SNELL_RAY_REFLECTED)->throughput, 0), r, FLOAT_RAY, 0);
+    at = child(at, SNELL_RAY_REFRACTED);
+    ASSERT_CLOSE(at->weight[0], 1 - r, FLOAT_RAY, 0);
+    for (uint32_t depth = 1; depth <= LEVELS; depth++) {
+        carried *= crossing;
+        assert_int_equal(at->depth, depth);
+        assert_true(at->end == SNELL_RAY_HIT && at->inside);
+        ASSERT_CLOSE(at->distance, length, FLOAT_RAY, 0);
+        ASSERT_CLOSE(at->transmittance[0], crossing, FLOAT_RAY, 0);
+        ASSERT_CLOSE(at->ior_from, ior, FLOAT_RAY, 0);
+        assert_true(at->ior_to == 1);
+        ASSERT_CLOSE(at->fresnel[0], r, FLOAT_RAY, 0);
+        ASSERT_CLOSE(component(at->throughput, 0), carried, rounded * depth, 0);
+        const snell_explained_ray *out = child(at, SNELL_RAY_REFRACTED);
+        ASSERT_CLOSE(out->weight[0], 1 - r, FLOAT_RAY, 0);
+        ASSERT_CLOSE(component(out->throughput, 0), carried * (1 - r), rounded * (depth + 1), 0);
+        at = child(at, SNELL_RAY_REFLECTED);
+        ASSERT_CLOSE(at->weight[0], r, FLOAT_RAY, 0);
+        carried *= r;
+        bool deeper = depth < LEVELS;
+        assert_int_equal(at->end == SNELL_RAY_TOO_DEEP, !deeper);
+        assert_int_equal(out->end == SNELL_RAY_TOO_DEEP, !deeper);
+    }
+    check_levels(c, t);
+}
+
+static void check_told(told *t) {
+    seen s = {0};
+    check(t, &s);
+    snell_explanation_destroy(t->whole);
+}
+
+static void slab(const reference_case *c) {
+    const json_t *it = json_array_get(get(c->scene, "geometry"), 0), *z = get(it, "z");
+    double degrees = number(c->scene, "incidence_deg"), ior = number(it, "ior");
+    double sine = sin(degrees * PI_ / 180) / ior, thick = reference_number(z, 1);
+    rig_clear(&bench);
+    build_slab(&bench, it, grey(number(it, "sigma_a")), number(c->scene, "front_environment"),
+               number(c->scene, "back_environment"));
+    told t = ask_along(slab_eye(it, degrees), slab_hit(it), LEVELS);
+    check_glass(c, &t, ior, number(c->expected, "R"), thick / sqrt(1 - sine * sine),
+                number(c->expected, "crossing_transmittance"));
+    check_told(&t);
+}
+
+static void slabs(void **state) {
+    (void)state;
+    assert_int_equal(reference_each("F.slab_tree", slab), 4);
+}
+
+static void ball(const reference_case *c) {
+    const json_t *it = json_array_get(get(c->scene, "geometry"), 0), *ray = get(c->scene, "ray");
+    double chord = number(c->expected, "chord");
+    rig_clear(&bench);
+    build_sphere_tree(&bench, c->scene);
+    told t = ask_along(color_of(get(ray, "o")), along_record(ray, 1), LEVELS);
+    check_glass(c, &t, number(it, "ior"), number(c->expected, "R"), chord,
+                exp(-number(it, "sigma_a") * chord));
+    check_told(&t);
+}
+
+static void balls(void **state) {
+    (void)state;
+    assert_int_equal(reference_each("F.sphere_tree", ball), 5);
+}
+
+/* One crossing, in colour. */
+static void beer(const reference_case *c) {
+    const json_t *it = json_array_get(get(c->scene, "geometry"), 0);
+    double degrees = number(c->scene, "incidence_deg");
+    rig_clear(&bench);
+    build_slab(&bench, it, color_of(get(c->scene, "sigma_a")), 0, 1);
+    told t = ask_along(slab_eye(it, degrees), slab_hit(it), 2);
+    const snell_explained_ray *in = child(&t.rays[0], SNELL_RAY_REFRACTED);
+    AGREES(c, in->distance, number(c->expected, "path"));
+    for (size_t i = 0; i < 3; i++)
+        AGREES(c, in->transmittance[i], reference_number(get(c->expected, "T"), i));
+    check_told(&t);
+}
+
+static void beers(void **state) {
+    (void)state;
+    assert_int_equal(reference_each("F.beer", beer), 4);
+}
+
+/* Two glazed planes face each other: each adds its light and sends on its share. */
+static void check_mirrors(const reference_case *c, const told *t) {
+    const json_t *m = get(get(c->scene, "materials"), "a");
+    double carried = 1;
+    for (uint32_t depth = 0; depth <= LEVELS; depth++) {
+        const snell_explained_ray *r = &t->rays[depth]; /* a chain */
+        assert_int_equal(r->depth, depth);
+        if (depth > 0) AGREES(c, r->weight[0], number(m, "mirror"));
+        AGREES(c, component(r->throughput, 0), carried);
+        assert_int_equal(r->light_count, 1);
+        assert_int_equal(t->lights[r->first_light].source, SNELL_SOURCE_AMBIENT);
+        AGREES(c, t->lights[r->first_light].incoming[0], number(m, "added_radiance"));
+        carried *= number(m, "mirror");
+    }
+    check_levels(c, t);
+}
+
+/* A mirror, then a ceiling under a point light: the closed form's own factors. */
+static void check_image(const reference_case *c, const told *t) {
+    const snell_explained_ray *ceiling = child(&t->rays[0], SNELL_RAY_REFLECTED);
+    const snell_explained_light *l = &t->lights[ceiling->first_light];
+    assert_true(ceiling->weight[0] == 1);
+    assert_int_equal(t->rays[0].light_count, 0); /* a mirror gets no direct light */
+    assert_int_equal(ceiling->light_count, 1);
+    assert_string_equal(l->light.type, "point");
+    AGREES(c, l->distance, sqrt(17));
+    AGREES(c, l->cosine, 1 / sqrt(17));
+    AGREES(c, l->incoming[0], 10 / 17.0);
+    AGREES(c, l->bsdf[0], 0.5 / PI_);
+    assert_true(l->tested && l->visibility[0] == 1);
+    AGREES(c, l->contribution[0], json_number_value(c->expected));
+}
+
+static void mirror(const reference_case *c) {
+    const json_t *ray = get(c->scene, "ray");
+    rig_clear(&bench);
+    build(&bench, c->scene);
+    told t = ask_along(color_of(get(ray, "o")), along_record(ray, 1024), LEVELS);
+    if (json_is_object(c->expected))
+        check_mirrors(c, &t);
+    else
+        check_image(c, &t);
+    check_told(&t);
+}
+
+static void mirrors(void **state) {
+    (void)state;
+    assert_int_equal(reference_each("G.mirrors", mirror), 4);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test_setup(showcase, fresh)};
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test_setup(showcase, fresh), cmocka_unit_test_setup(slabs, fresh),
+        cmocka_unit_test_setup(balls, fresh),    cmocka_unit_test_setup(beers, fresh),
+        cmocka_unit_test_setup(mirrors, fresh),  cmocka_unit_test_setup(corners, fresh),
+        cmocka_unit_test_setup(names, fresh),    cmocka_unit_test_setup(one_sample, fresh),
+        cmocka_unit_test_setup(mistakes, fresh), cmocka_unit_test_setup(hashes, fresh),
+    };
     return cmocka_run_group_tests(tests, start, stop);
 }

@@ -2,10 +2,8 @@
  * a scene is built, a picture of one pixel is rendered along the record's ray, and its one colour is
  * compared. */
 #include "materials/bsdf.h"
-#include "reference.h"
-#include "render_test.h"
+#include "reference_scene.h"
 
-static const double PI_ = 3.14159265358979323846;
 static rig bench;
 
 static int start(void **state) {
@@ -27,83 +25,7 @@ static int fresh(void **state) {
     return 0;
 }
 
-/* ---- from a record to a scene ---- */
-
-static json_t *get(const json_t *object, const char *name) { return json_object_get(object, name); }
-static double number(const json_t *object, const char *name) {
-    return json_number_value(get(object, name));
-}
-static bool is(const json_t *object, const char *name, const char *word) {
-    const char *found = json_string_value(get(object, name));
-    return found && strcmp(found, word) == 0;
-}
-
-/* A colour may be one number. */
-static snell_vec3 color_of(const json_t *value) {
-    if (!json_is_array(value)) return grey(json_number_value(value));
-    return v3(reference_number(value, 0), reference_number(value, 1), reference_number(value, 2));
-}
-
-static snell_material_id add_material(const json_t *m) {
-    if (is(m, "type", "lambert")) return add_lambert(&bench, color_of(get(m, "R")));
-    assert_true(is(m, "type", "glazed"));
-    snell_glazed_desc desc = SNELL_INIT(glazed_desc);
-    snell_material_id id;
-    desc.base = add_lambert(&bench, grey(0)); /* its k_a is 1: it shows the ambient light */
-    desc.reflectance = flat(grey(number(m, "mirror")));
-    MUST(snell_scene_set_ambient(bench.scene, grey(number(m, "added_radiance"))));
-    MUST(snell_scene_add_glazed(bench.scene, &desc, &id));
-    return id;
-}
-
-static void add_triangle(const json_t *verts, snell_material_id m) {
-    static const uint32_t corners[3] = {0, 1, 2};
-    snell_vec3 positions[3];
-    for (size_t i = 0; i < 3; i++) positions[i] = color_of(json_array_get(verts, i));
-    place(&bench, add_mesh(&bench, positions, 3, corners, 3), m);
-}
-
-/* false: this version has no such shape. */
-static bool add_shape(const json_t *shape, snell_material_id m) {
-    if (is(shape, "type", "plane"))
-        add_plane(&bench, color_of(get(shape, "point")), color_of(get(shape, "normal")), m);
-    else if (is(shape, "type", "sphere"))
-        add_sphere(&bench, color_of(get(shape, "center")), number(shape, "radius"), m);
-    else if (is(shape, "type", "box"))
-        add_box(&bench, color_of(get(shape, "min")), color_of(get(shape, "max")), m);
-    else if (is(shape, "type", "triangle"))
-        add_triangle(get(shape, "verts"), m);
-    else
-        return false;
-    return true;
-}
-
-static void add_lights(const json_t *lights) {
-    size_t index;
-    json_t *l;
-    json_array_foreach(lights, index, l) {
-        if (is(l, "type", "point"))
-            add_point(&bench, color_of(get(l, "position")), color_of(get(l, "intensity")));
-        else
-            add_sun(&bench, color_of(get(l, "direction")), color_of(get(l, "irradiance_normal")));
-    }
-}
-
-/* Geometry whose materials stand in the record, lights, ambient. */
-static void build(const json_t *scene) {
-    size_t index;
-    json_t *shape;
-    json_array_foreach(get(scene, "geometry"), index, shape) {
-        const char *name = json_string_value(get(shape, "material"));
-        const json_t *m = get(get(scene, "materials"), name);
-        assert_true(add_shape(shape, m ? add_material(m) : add_mirror(&bench, grey(1))));
-    }
-    add_lights(get(scene, "lights"));
-    if (get(scene, "ambient"))
-        MUST(snell_scene_set_ambient(bench.scene,
-                                     color_of(get(get(scene, "ambient"), "added_radiance"))));
-    MUST(snell_scene_commit(bench.scene, NULL, NULL));
-}
+/* ---- colours ---- */
 
 /* Seen from 4 m off the point where the record's ray hits. */
 static rgb seen_at_hit(const json_t *ray, snell_integrator integrator) {
@@ -127,7 +49,7 @@ static void check_color(const reference_case *c, rgb got) {
 
 static void direct_light(const reference_case *c) {
     rig_clear(&bench);
-    build(c->scene);
+    build(&bench, c->scene);
     check_color(c, seen_at_hit(get(c->scene, "ray"), SNELL_APPEL));
     check_color(c, seen_at_hit(get(c->scene, "ray"), SNELL_WHITTED));
 }
@@ -276,22 +198,9 @@ static void check_by_depth(const reference_case *c, snell_vec3 from, snell_vec3 
 
 static void sphere_tree(const reference_case *c) {
     rig_clear(&bench);
-    const json_t *sphere = json_array_get(get(c->scene, "geometry"), 0),
-                 *ray = get(c->scene, "ray");
-    snell_material_id glass =
-        add_glass(&bench, number(sphere, "ior"), grey(number(sphere, "sigma_a")), 0);
-    assert_true(add_shape(sphere, glass));
-    if (is(c->scene, "environment", "0.5(1+w.y)")) {
-        MUST(snell_scene_set_background_gradient(bench.scene, grey(0), grey(1)));
-    } else { /* 1 where w.x < 0, else 0.25 */
-        assert_true(is(c->scene, "environment", "1 if w.x<0 else 0.25"));
-        add_plane(&bench, v3(-99, 0, 0), v3(1, 0, 0), add_glow(&bench, grey(1)));
-        add_plane(&bench, v3(99, 0, 0), v3(-1, 0, 0), add_glow(&bench, grey(0.25)));
-    }
-    MUST(snell_scene_commit(bench.scene, NULL, NULL));
-    snell_vec3 o = color_of(get(ray, "o")), d = color_of(get(ray, "d"));
-    check_by_depth(
-        c, o, v3((double)o.x + (double)d.x, (double)o.y + (double)d.y, (double)o.z + (double)d.z));
+    build_sphere_tree(&bench, c->scene);
+    const json_t *ray = get(c->scene, "ray");
+    check_by_depth(c, color_of(get(ray, "o")), along_record(ray, 1));
 }
 
 static void sphere_trees(void **state) {
@@ -299,34 +208,16 @@ static void sphere_trees(void **state) {
     assert_int_equal(reference_each("F.sphere_tree", sphere_tree), 5);
 }
 
-/* A slab is a box so wide that no ray meets its sides, between two glowing planes: the eye's side,
- * beyond z = high, and the far one. */
-static void build_slab(const json_t *slab, snell_vec3 absorption, double front, double back) {
-    rig_clear(&bench);
-    const json_t *z = get(slab, "z");
-    add_box(&bench, v3(-1e4, -1e4, reference_number(z, 0)), v3(1e4, 1e4, reference_number(z, 1)),
-            add_glass(&bench, number(slab, "ior"), absorption, 0));
-    add_plane(&bench, v3(0, 0, 64), v3(0, 0, -1), add_glow(&bench, grey(front)));
-    add_plane(&bench, v3(0, 0, -64), v3(0, 0, 1), add_glow(&bench, grey(back)));
-    MUST(snell_scene_commit(bench.scene, NULL, NULL));
-}
-
-static snell_vec3 slab_hit(const json_t *slab) {
-    return v3(0, 0, reference_number(get(slab, "z"), 1));
-}
-static snell_vec3 slab_eye(const json_t *slab, double degrees) {
-    double angle = degrees * PI_ / 180;
-    return v3(-4 * sin(angle), 0, (double)slab_hit(slab).z + 4 * cos(angle));
-}
-
 /* One crossing: what Beer's law takes is the ratio of the picture with and without absorption. */
 static void beer(const reference_case *c) {
     const json_t *slab = json_array_get(get(c->scene, "geometry"), 0);
     const json_t *absorption = get(c->scene, "sigma_a");
     double degrees = number(c->scene, "incidence_deg");
-    build_slab(slab, color_of(absorption), 0, 1);
+    rig_clear(&bench);
+    build_slab(&bench, slab, color_of(absorption), 0, 1);
     rgb with = trace_ray(&bench, SNELL_WHITTED, slab_eye(slab, degrees), slab_hit(slab), 2);
-    build_slab(slab, grey(0), 0, 1);
+    rig_clear(&bench);
+    build_slab(&bench, slab, grey(0), 0, 1);
     rgb without = trace_ray(&bench, SNELL_WHITTED, slab_eye(slab, degrees), slab_hit(slab), 2);
     for (size_t i = 0; i < 3; i++) {
         double t = with.c[i] / without.c[i];
@@ -343,7 +234,8 @@ static void beers_law(void **state) {
 
 static void slab_tree(const reference_case *c) {
     const json_t *slab = json_array_get(get(c->scene, "geometry"), 0);
-    build_slab(slab, grey(number(slab, "sigma_a")), number(c->scene, "front_environment"),
+    rig_clear(&bench);
+    build_slab(&bench, slab, grey(number(slab, "sigma_a")), number(c->scene, "front_environment"),
                number(c->scene, "back_environment"));
     check_by_depth(c, slab_eye(slab, number(c->scene, "incidence_deg")), slab_hit(slab));
 }
@@ -390,12 +282,9 @@ static void panes(void **state) {
 
 static void mirror(const reference_case *c) {
     rig_clear(&bench);
-    build(c->scene);
-    const json_t *ray = get(c->scene, "ray"), *d = get(ray, "d");
-    snell_vec3 o = color_of(get(ray, "o"));
-    snell_vec3 at =
-        v3((double)o.x + 1024 * reference_number(d, 0), (double)o.y + 1024 * reference_number(d, 1),
-           (double)o.z + 1024 * reference_number(d, 2));
+    build(&bench, c->scene);
+    const json_t *ray = get(c->scene, "ray");
+    snell_vec3 o = color_of(get(ray, "o")), at = along_record(ray, 1024);
     if (json_is_object(c->expected))
         check_by_depth(c, o, at);
     else
@@ -473,7 +362,7 @@ static void pixel_set(const reference_case *c) {
     MUST(snell_scene_add_lambert(bench.scene, &glow, &m));
     size_t index;
     json_t *shape;
-    json_array_foreach(get(s, "geometry"), index, shape) assert_true(add_shape(shape, m));
+    json_array_foreach(get(s, "geometry"), index, shape) assert_true(add_shape(&bench, shape, m));
     MUST(snell_scene_commit(bench.scene, NULL, NULL));
     uint32_t width = (uint32_t)number(s, "width"), height = (uint32_t)number(s, "height"),
              count = 0;
@@ -512,7 +401,7 @@ static int intersections_tested;
 static void intersection(const reference_case *c) {
     const json_t *shape = json_array_get(get(c->scene, "geometry"), 0), *ray = get(c->scene, "ray");
     rig_clear(&bench);
-    if (!add_shape(shape, (snell_material_id){0, 0})) {
+    if (!add_shape(&bench, shape, (snell_material_id){0, 0})) {
         printf("%s: not in this version (%s)\n", c->name, json_string_value(get(shape, "type")));
         return;
     }
