@@ -52,6 +52,7 @@ table() {
         local head="$name"
         [ "$metavar" != - ] && head="$name $metavar"
         [ "$name" = --ground ] && head="--ground[=COLOR]"
+        [ "$name" = --svg ] && head="--svg[=VIEW]"
         grep -qE -- "^ +(-., )?${head//[\[\]+]/.}( |\$)" help.$command || fail "$command --help lacks '$head'"
         [ "$letter" = -- ] || grep -qF -- " $letter, $name" help.$command || fail "$command --help lacks $letter, $name"
         grep -qF -- "\\-\\-$(sed 's/^--//; s/-/\\-/g' <<<"$name")\\fR" man.$command || fail "man.$command lacks $name"
@@ -486,7 +487,7 @@ texts() {
         cmp -s out "$source_folder/scenes/$name.lua" || fail "example $name is not scenes/$name.lua"
     done
     for topic in formats scene materials lights shapes cameras textures integrators tonemaps exit \
-        environment render info compare convert example help dielectric sphere point perspective lambert; do
+        environment render explain info compare convert example help dielectric sphere point perspective lambert; do
         run 0 help $topic
         lines err 0
         [ "$(wc -l <out)" -ge 3 ] || fail "help $topic is short"

@@ -80,7 +80,7 @@ int help_of(const command_info *command) {
     }
     puts("\nExamples");
     print_indented(command->examples);
-    if (command->bit == CMD_RENDER) {
+    if ((command->bit & CMD_PICTURE) != 0) {
         puts("\nThe fields of render{} in a scene: 'snell help settings'");
     }
     return EXIT_DONE;
@@ -118,7 +118,8 @@ int help_main(void) {
          "  snell duck.glb -o duck.exr --size 1920x1080\n"
          "  snell example whitted-1980 > my.lua\n"
          "  snell my.lua\n"
-         "  snell info my.png                           how it was made\n\n"
+         "  snell info my.png                           how it was made\n"
+         "  snell explain my.png 400 300                the rays behind that pixel\n\n"
          "FILE is glTF, OBJ, PLY, STL, a Lua scene or another of 'snell help formats';\n"
          "'-' is standard input. A first word with a '.' or '/' in it is a FILE.\n"
          "Pictures and text asked for go to standard output, everything else to standard\n"

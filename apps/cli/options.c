@@ -40,6 +40,16 @@ const option_info option_table[] = {
     {OPT_LAYER, "layer", 0, "NAME", "its colours",
      "of an EXR file, such as variance, or a channel, such as normal.X", PICTURE,
      CMD_COMPARE | CMD_CONVERT, 0, NULL, false},
+
+    {OPT_SAMPLE, "sample", 0, "N", NULL, "the rays of this sample of the pixel, from 0", EXPLAINING,
+     CMD_EXPLAIN, 0, NULL, false},
+    {OPT_LEVELS, "levels", 0, "N", "6; all with --json",
+     "show rays no deeper than this; camera ray 0", EXPLAINING, CMD_EXPLAIN, 0, NULL, false},
+    {OPT_DOT, "dot", 0, NULL, NULL, "the tree as a graph for Graphviz: dot -Tsvg", EXPLAINING,
+     CMD_EXPLAIN, 0, NULL, false},
+    {OPT_SVG, "svg", 0, "VIEW", "side", "the rays drawn in the scene as SVG: side, top or camera",
+     EXPLAINING, CMD_EXPLAIN, OPTION_OPTIONAL_VALUE, "side|top|camera", false},
+
     {OPT_SIZE, "size", 's', "WxH", "scene, 800x600",
      "pixels; 640x or x480 keeps the shape, 50% scales", PICTURE, CMD_PICTURE, OPTION_PICTURE, NULL,
      false},
@@ -137,15 +147,6 @@ const option_info option_table[] = {
      CMD_PICTURE | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
     {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
      CMD_PICTURE | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
-
-    {OPT_SAMPLE, "sample", 0, "N", NULL, "the rays of this sample of the pixel, from 0", EXPLAINING,
-     CMD_EXPLAIN, 0, NULL, false},
-    {OPT_LEVELS, "levels", 0, "N", "6; all with --json",
-     "show rays no deeper than this; camera ray 0", EXPLAINING, CMD_EXPLAIN, 0, NULL, false},
-    {OPT_DOT, "dot", 0, NULL, NULL, "the tree as a graph for Graphviz: dot -Tsvg", EXPLAINING,
-     CMD_EXPLAIN, 0, NULL, false},
-    {OPT_SVG, "svg", 0, "VIEW", "side", "the rays drawn in the scene as SVG: side, top or camera",
-     EXPLAINING, CMD_EXPLAIN, OPTION_OPTIONAL_VALUE, "side|top|camera", false},
 
     {OPT_MAN, "man", 0, "PAGE", NULL,
      "a manual page in roff: snell, render, explain, info, compare, convert, example, help or scene", TEXTS,
