@@ -34,7 +34,7 @@ absent() { [ ! -e "$1" ] || fail "there is a $1"; }
 
 # ---- one table: help, manual and completion say the same as the parser --------------------------
 table() {
-    local commands="render info compare convert example help"
+    local commands="render explain info compare convert example help"
     local command name letter metavar alias
     run 0 help --options
     cp out options

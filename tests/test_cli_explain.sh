@@ -172,7 +172,26 @@ mistakes() {
     prints '"status": "input"'
 }
 
-for part in bits tree drawings mistakes; do
+# ---- what the documentation shows ----------------------------------------------------------------
+box() { awk -v open="\`\`\`$1" '$0 == open { on = 1; next } /^```$/ { on = 0 } on' "$source_folder/docs/explain.md"; }
+documentation() {
+    box "lua ball.lua" >ball.lua
+    run 0 ball.lua -s 320x240 -n 1 -o ball.png
+    run 0 explain ball.png 160 150 --levels 2
+    box text >expected
+    diff expected out >differences || { cat differences; fail "docs/explain.md shows something else"; }
+    run 0 explain ball.png 160 150 --svg
+    cmp -s out "$source_folder/docs/img/explain.svg" || fail "docs/img/explain.svg shows something else"
+    "$snell" example whitted-1980 >my.lua
+    run 0 my.lua -o my.png
+    run 0 explain my.png 412 305 --sample 0 --levels 1
+    sed 's/^/    /' out | while IFS= read -r line; do
+        grep -qxF -- "$line" "$source_folder/README.md" || echo "$line"
+    done >differences
+    [ -s differences ] && { cat differences; fail "README.md shows something else"; }
+}
+
+for part in bits tree drawings mistakes documentation; do
     before=$failures
     $part
     [ $failures -eq $before ] && echo "ok: $part"

@@ -272,7 +272,7 @@ static double far_off(const sheet *s) {
     return has_end(camera) ? camera->distance : 10;
 }
 
-static double opacity(double throughput) { return fmin(1, fmax(0.15, pow(throughput, 0.4))); }
+static double opacity(double throughput) { return fmin(1, fmax(0.3, pow(throughput, 0.3))); }
 
 static double largest(const double c[3]) { return fmax(c[0], fmax(c[1], c[2])); }
 

@@ -134,7 +134,7 @@ static void print_surface(const printer *p, const snell_explained_ray *r) {
 
 static void print_hit(const printer *p, const snell_explained_ray *r) {
     print_surface(p, r);
-    printf(", %.4g°", acos(r->cosine < 1 ? r->cosine : 1) * 180 / 3.14159265358979323846);
+    printf(", %.1f°", acos(r->cosine < 1 ? r->cosine : 1) * 180 / 3.14159265358979323846);
     if (r->ior_from != r->ior_to) printf(", ior %.4g → %.4g", r->ior_from, r->ior_to);
     if (!is_zero(r->fresnel)) print_factor("Fresnel", r->fresnel);
     if (r->alpha < 1) printf(", alpha %.3g", r->alpha);
@@ -189,7 +189,7 @@ static void print_ray(const printer *p, const snell_explained_ray *r, int depth)
     else
         printf("%s × %s", explain_kind(r->kind), explain_color(r->weight, text));
     if (from != NULL && (r->kind == SNELL_RAY_REFRACTED || r->kind == SNELL_RAY_REFLECTED))
-        printf(" at %.4g°", explain_angle(r->direction, from->normal));
+        printf(" at %.1f°", explain_angle(r->direction, from->normal));
     if (r->pdf > 0) printf(" (pdf %.3g)", r->pdf);
     paint(p, PLAIN);
     fputs(" ─▶ ", stdout);
@@ -198,7 +198,9 @@ static void print_ray(const printer *p, const snell_explained_ray *r, int depth)
     if (!is_one(r->transmittance)) print_factor("Beer", r->transmittance);
     const double carried[3] = {(double)r->throughput.x, (double)r->throughput.y,
                                (double)r->throughput.z};
-    if (r->depth > 0 || !is_one(carried)) print_factor("throughput", carried);
+    /* Of the first child without anything on its way it is the weight that stands there. */
+    bool known = r->depth <= 1 && is_one(r->transmittance) && r->kind != SNELL_RAY_CONTINUED;
+    if (!known) print_factor("throughput", carried);
     paint(p, PLAIN);
     putchar('\n');
 }
