@@ -280,9 +280,12 @@ static int explain_scene(explained *e, const source *from, const char *scene) {
     s.frame = values.frame_first;
     progress_begin(session_label(scene));
     if (code == EXIT_DONE) code = session_load(&s, scene, &staged.scene);
+    if (code == EXIT_DONE && from != NULL) {
+        code = stage_status(&staged, snell_scene_hash(staged.scene, &staged.hash));
+        if (code == EXIT_DONE)
+            code = check_hash(from->tag, e->file, session_label(scene), staged.hash);
+    }
     if (code == EXIT_DONE) code = stage_prepare(&staged);
-    if (code == EXIT_DONE && from != NULL)
-        code = check_hash(from->tag, e->file, session_label(scene), staged.hash);
     if (code == EXIT_DONE) code = check_inside(e);
     if (code == EXIT_DONE) code = explain_stage(e);
     progress_end();

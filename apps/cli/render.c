@@ -72,6 +72,8 @@ static int run_job(job *j) {
                            j->stage.values->many_frames ? j->stage.session->frame : 0);
     if (code == EXIT_DONE) code = session_load(j->stage.session, j->stage.input, &j->stage.scene);
     j->load = progress_seconds();
+    if (code == EXIT_DONE && j->stage.options->value[OPT_STRIP] == NULL)
+        code = stage_status(&j->stage, snell_scene_hash(j->stage.scene, &j->stage.hash));
     if (code == EXIT_DONE) code = stage_prepare(&j->stage);
     j->build = progress_seconds() - j->load;
     if (code == EXIT_DONE) code = render_and_write(j);

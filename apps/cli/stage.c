@@ -222,7 +222,6 @@ static int dress(stage *s) {
 int stage_prepare(stage *s) {
     snell_scene_stats stats = {.struct_size = sizeof stats};
     int code = stage_status(s, snell_scene_get_stats(s->scene, &stats));
-    if (code == EXIT_DONE) code = stage_status(s, snell_scene_hash(s->scene, &s->hash));
     bool own_camera = stats.camera_count > 0;
     if (code == EXIT_DONE && stats.instance_count == 0 && !own_camera) {
         code = report_error(EXIT_INPUT, "it has neither shapes nor a camera",

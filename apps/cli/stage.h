@@ -15,7 +15,7 @@ typedef struct stage {
     session *session;
     const char *input; /* as typed */
     snell_scene *scene;
-    uint64_t hash; /* of the scene as it was loaded */
+    uint64_t hash; /* of the scene as it was loaded, where something asks for it */
     snell_render_desc desc;
     snell_view view;
     const char *studio; /* what it added */

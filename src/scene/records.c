@@ -232,25 +232,33 @@ snell_status records_write(const description *d, record_write_fn *write, void *u
 
 static bool hash_words(void *user, const void *data, size_t size) {
     uint64_t *hash = user;
-    const char *bytes = data;
-    for (size_t i = 0; i < size; i += sizeof(uint64_t)) {
-        uint64_t word = 0;
-        memcpy(&word, bytes + i, size - i < sizeof word ? size - i : sizeof word);
-        *hash = hash_mix(*hash ^ word);
+    const char *bytes = data, *end = bytes + size;
+    uint64_t word, h = *hash;
+    for (; end - bytes >= (ptrdiff_t)sizeof word; bytes += sizeof word) {
+        memcpy(&word, bytes, sizeof word);
+        h = hash_mix(h ^ word);
     }
+    if (bytes < end) {
+        word = 0;
+        memcpy(&word, bytes, (size_t)(end - bytes));
+        h = hash_mix(h ^ word);
+    }
+    *hash = h;
     return true;
 }
 
 snell_status records_hash(const description *d, uint64_t *out) {
     uint64_t hash = 0;
     writer w = {.write = hash_words, .user = &hash};
+    const type_info *known = NULL; /* mostly the same as before: looking it up is dear */
     uint32_t type;
     for (int c = 0; c < CATEGORY_COUNT; c++)
         for (size_t i = 0; i < d->objects[c].count; i++) {
             const object *o = &d->objects[c].items[i];
-            if (!object_is_group(o) && !type_number(o->type, &type))
+            if (o->type != known && !object_is_group(o) && !type_number(o->type, &type))
                 return error_set(SNELL_ERR_UNSUPPORTED, NULL,
                                  "a shape by functions of the caller has no hash");
+            known = o->type;
             put_string(&w, o->type->name);
             put_fields(&w, o);
         }
