@@ -117,6 +117,49 @@ static void test_render(void **state) {
     json_decref(root);
 }
 
+static double real_at(json_t *array, size_t index) {
+    json_t *value = json_array_get(array, index);
+    assert_true(json_is_real(value));
+    return json_real_value(value);
+}
+
+/* With all their digits: the contributions add up to the float of the picture. */
+static void test_explain(void **state) {
+    (void)state;
+    int code;
+    write_file("ball.lua",
+               "sphere { radius = 1, name = 'ball', material = material.dielectric {} }\n");
+    json_t *root = run("explain ball.lua 20 15 -s 40x30 -n 2 --json", &code);
+    assert_int_equal(code, 0);
+    assert_int_equal(whole(root, "schema"), 1);
+    assert_int_equal(whole(root, "x"), 20);
+    assert_int_equal(whole(root, "samples"), 2);
+    assert_true(strlen(text(root, "added")) > 0);
+    json_t *rays = get(root, "rays", JSON_ARRAY), *pixel = get(root, "pixel", JSON_ARRAY);
+    json_t *samples = get(root, "sample_list", JSON_ARRAY);
+    assert_int_equal(json_array_size(samples), 2);
+    double sum[3] = {0, 0, 0};
+    for (size_t i = 0; i < json_array_size(rays); i++) {
+        json_t *ray = json_array_get(rays, i), *lights = get(ray, "lights", JSON_ARRAY);
+        json_t *parent = json_object_get(ray, "parent");
+        assert_int_equal(whole(ray, "index"), i);
+        assert_true(json_is_null(parent) || json_integer_value(parent) < (json_int_t)i);
+        assert_int_equal(json_is_null(parent), strcmp(text(ray, "kind"), "camera") == 0);
+        for (size_t k = 0; k < json_array_size(lights); k++)
+            for (size_t c = 0; c < 3; c++)
+                sum[c] += real_at(get(json_array_get(lights, k), "contribution", JSON_ARRAY), c);
+    }
+    for (size_t c = 0; c < 3; c++) {
+        double got = real_at(pixel, c), mean = sum[c] / 2;
+        assert_true((double)(float)got == got); /* a float, whole */
+        assert_true(mean > 0 && (float)mean == (float)got);
+    }
+    json_t *hit = get(json_array_get(rays, 0), "hit", JSON_OBJECT);
+    assert_string_equal(text(get(hit, "shape", JSON_OBJECT), "name"), "ball");
+    assert_true(json_real_value(get(hit, "ior_to", JSON_REAL)) == 1.5);
+    json_decref(root);
+}
+
 static void check_error(const char *arguments, int want, const char *status) {
     int code;
     json_t *root = run(arguments, &code), *error = get(root, "error", JSON_OBJECT);
@@ -138,6 +181,8 @@ static void test_errors(void **state) {
     check_error("bad.lua --json --sise 3", 2, "usage");
     check_error("--json", 2, "usage");
     check_error("--json rendr", 2, "usage");
+    check_error("explain bad.lua 1 --json", 2, "usage");
+    check_error("explain bad.lua 1 1 --json", 3, "syntax");
     check_error("help --json dielectrc", 2, "usage");
     check_error("info --json", 2, "usage");
     check_error("nothing.lua --json", 5, "io");
@@ -242,7 +287,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_render),  cmocka_unit_test(test_errors),
         cmocka_unit_test(test_several), cmocka_unit_test(test_info),
-        cmocka_unit_test(test_compare),
+        cmocka_unit_test(test_compare), cmocka_unit_test(test_explain),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

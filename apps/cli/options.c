@@ -149,8 +149,9 @@ const option_info option_table[] = {
      CMD_PICTURE | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
 
     {OPT_MAN, "man", 0, "PAGE", NULL,
-     "a manual page in roff: snell, render, explain, info, compare, convert, example, help or scene", TEXTS,
-     CMD_HELP, 0, "snell|render|explain|info|compare|convert|example|help|scene", false},
+     "a manual page in roff: snell, render, explain, info, compare, convert, example, help or "
+     "scene",
+     TEXTS, CMD_HELP, 0, "snell|render|explain|info|compare|convert|example|help|scene", false},
     {OPT_COMPLETION, "completion", 0, "SHELL", NULL, "a completion script: bash, zsh or fish",
      TEXTS, CMD_HELP, 0, "bash|zsh|fish", false},
     {OPT_LIST, "options", 0, NULL, NULL, "every option of every command, one a line", TEXTS,

@@ -218,7 +218,7 @@ static bool go_on(void *user, const wave_stats *stats) {
 
 /* The film's own pixel; and whether what was recorded adds up to it. */
 static bool set_pixel(const record *k, const film_block *block, uint32_t samples, explanation *e) {
-    film one = {1, 1, e->channels, e->pixel};
+    film one = {.width = 1, .height = 1, .channels = e->channels, .pixels = e->pixel};
     film_set(&one, 0, 0, block, 0, samples);
     record_sum sum = {0, 0, 0, 0};
     for (uint32_t i = 0; i < samples; i++) add_sums(sum, k->sums[i]);
