@@ -10,7 +10,7 @@ typedef struct shadow_ray {
     ray ray;
     vec3 light; /* weighted */
     uint32_t pixel;
-    bool met;      /* a path could find this light by itself: `shadow = "none"` hides nothing */
+    bool met; /* a path could find this light by itself: `shadow = "none"` hides nothing */
     media media;
 } shadow_ray;
 
