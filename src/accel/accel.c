@@ -44,7 +44,7 @@ static snell_status build_geometry(frozen_geometry *g, const accel_options *opti
     if (deforming)
         job.references = build_deforming_references(deforming, &job.count, &g->bounds, &ways);
     else if (mesh)
-        job.references = build_mesh_references(mesh, &job.count, &g->bounds);
+        job.references = build_mesh_references(mesh, pool, &job.count, &g->bounds);
     else
         job.references = build_part_references(g->type, g->desc, &job.count, &g->bounds);
     if (job.references == NULL) {
@@ -53,7 +53,7 @@ static snell_status build_geometry(frozen_geometry *g, const accel_options *opti
     }
     job.ways = ways;
     snell_status status = job.count ? build_tree(&job, pool, reports, &g->tree) : SNELL_OK;
-    free(job.references);
+    memory_free_aligned(job.references);
     free(ways);
     if (deforming && status == SNELL_OK && job.count) {
         if (!build_tree_at_keys(deforming, pool, &g->tree)) return SNELL_ERR_MEMORY;
@@ -224,7 +224,7 @@ static snell_status copy_instances(const accel *a, const accel_instance *instanc
 static snell_status build_level(const accel *a, const accel_instance *instances,
                                 size_t instance_count, bool in_group, const accel_options *options,
                                 build_progress *progress, thread_pool *pool, frozen_level *out) {
-    build_reference *references = memory_resize(NULL, instance_count, sizeof *references);
+    build_reference *references = build_references(instance_count);
     size_t count = 0;
     snell_status status =
         references ? copy_instances(a, instances, instance_count, in_group, out, references, &count)
@@ -238,7 +238,7 @@ static snell_status build_level(const accel *a, const accel_instance *instances,
         status = build_tree(&job, pool, true, &out->top);
     }
     if (count == 0) out->top.bounds = bounds3_empty();
-    free(references);
+    memory_free_aligned(references);
     return status;
 }
 

@@ -51,20 +51,62 @@ static float axis_of(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.
 
 /* ---- references ---- */
 
-build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds) {
-    *count = mesh_triangle_count(mesh);
-    build_reference *references = memory_resize(NULL, *count, sizeof *references);
-    if (references == NULL) return NULL;
-    *bounds = bounds3_empty();
-    for (size_t i = 0; i < *count; i++) {
-        const uint32_t *index = mesh->indices + 3 * i;
-        vec3 a = mesh->positions[index[0]], b = mesh->positions[index[1]],
-             c = mesh->positions[index[2]];
-        vec3 low = vec3_min(vec3_min(a, b), c), high = vec3_max(vec3_max(a, b), c);
-        references[i] = (build_reference){low, (uint32_t)i, high, 0};
-        *bounds = bounds3_union(*bounds, (bounds3){low, high});
+build_reference *build_references(size_t count) {
+    if (count > SIZE_MAX / sizeof(build_reference)) return NULL;
+    return memory_aligned(count * sizeof(build_reference));
+}
+
+static void run(thread_pool *pool, size_t count, thread_task *work, void *data) {
+    if (pool) thread_pool_run(pool, count, work, data);
+    for (size_t i = 0; i < count && !pool; i++) work(data, i, 0);
+}
+
+enum { CHUNK_SIZE = 65536 }; /* triangles that a thread looks at in one go */
+
+typedef struct mesh_references {
+    const mesh_desc *mesh;
+    build_reference *references;
+    size_t count;
+    box4 *boxes; /* of the chunks */
+} mesh_references;
+
+static void make_references(void *data, size_t chunk, uint32_t worker) {
+    (void)worker;
+    const mesh_references *m = data;
+    size_t begin = chunk * CHUNK_SIZE, end = begin + CHUNK_SIZE;
+    box4 all = box4_empty();
+    for (size_t i = begin; i < end && i < m->count; i++) {
+        const uint32_t *index = m->mesh->indices + 3 * i;
+        f4 a = f4_load3(&m->mesh->positions[index[0]].x),
+           b = f4_load3(&m->mesh->positions[index[1]].x),
+           c = f4_load3(&m->mesh->positions[index[2]].x);
+        build_reference *r = &m->references[i];
+        box4 box = {f4_min(f4_min(a, b), c), f4_max(f4_max(a, b), c)};
+        f4_store(&r->min.x, box.low);
+        f4_store(&r->max.x, box.high); /* lane 3 is 0 */
+        r->id = (uint32_t)i;
+        all = box4_union(all, box);
     }
-    return references;
+    m->boxes[chunk] = all;
+}
+
+build_reference *build_mesh_references(const mesh_desc *mesh, thread_pool *pool, size_t *count,
+                                       bounds3 *bounds) {
+    *count = mesh_triangle_count(mesh);
+    size_t chunks = (*count + CHUNK_SIZE - 1) / CHUNK_SIZE;
+    mesh_references m = {mesh, build_references(*count), *count,
+                         memory_aligned(chunks * sizeof *m.boxes)};
+    if (m.references && m.boxes) {
+        run(pool, chunks, make_references, &m);
+        box4 all = box4_empty();
+        for (size_t i = 0; i < chunks; i++) all = box4_union(all, m.boxes[i]);
+        *bounds = box4_bounds(all);
+    } else {
+        memory_free_aligned(m.references);
+        m.references = NULL;
+    }
+    memory_free_aligned(m.boxes);
+    return m.references;
 }
 
 static bounds3 mean_box(bounds3 a, bounds3 b) {
@@ -90,10 +132,10 @@ build_reference *build_deforming_references(const deforming_mesh *m, size_t *cou
     const uint32_t last = m->key_count - 1,
                    moments[BUILD_MOMENTS][2] = {{0, 0}, {last / 2, (last + 1) / 2}, {last, last}};
     *count = mesh_triangle_count(&m->mesh);
-    build_reference *references = memory_resize(NULL, *count, sizeof *references);
+    build_reference *references = build_references(*count);
     *ways = memory_resize(NULL, *count, sizeof **ways);
     if (references == NULL || *ways == NULL) {
-        free(references);
+        memory_free_aligned(references);
         return NULL;
     }
     *bounds = bounds3_empty();
@@ -118,7 +160,7 @@ build_reference *build_deforming_references(const deforming_mesh *m, size_t *cou
 build_reference *build_part_references(const primitive_type *type, const void *desc, size_t *count,
                                        bounds3 *bounds) {
     uint32_t parts = primitive_count_of(type, desc);
-    build_reference *references = memory_resize(NULL, parts, sizeof *references);
+    build_reference *references = build_references(parts);
     if (references == NULL) return NULL;
     *count = 0;
     *bounds = bounds3_empty();
@@ -259,11 +301,6 @@ static void run_task(void *data, size_t index, uint32_t worker) {
         t->part.root = add_node(b, &t->part, &t->range, t->level, false);
     atomic_fetch_add(&progress->done, t->range.count);
     if (worker == 0 && b->reports && !build_progress_report(progress)) t->part.failed = true;
-}
-
-static void run(thread_pool *pool, size_t count, thread_task *work, void *data) {
-    if (pool) thread_pool_run(pool, count, work, data);
-    for (size_t i = 0; i < count && !pool; i++) work(data, i, 0);
 }
 
 /* The upper part, then the tasks. */

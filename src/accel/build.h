@@ -39,9 +39,12 @@ typedef struct build_job {
     build_progress *progress;
 } build_job;
 
+/* Room for so many; as all references, to be freed with memory_free_aligned. NULL: out of memory. */
+build_reference *build_references(size_t count);
 /* The triangles of a mesh, or the parts of another shape that are not empty; NULL without memory.
- * *bounds is their box. */
-build_reference *build_mesh_references(const mesh_desc *mesh, size_t *count, bounds3 *bounds);
+ * *bounds is their box. The pool may be NULL. */
+build_reference *build_mesh_references(const mesh_desc *mesh, thread_pool *pool, size_t *count,
+                                       bounds3 *bounds);
 /* Of a mesh that deforms: the mean of each triangle's way; *bounds holds the mesh at all keys. The ways
  * are to be freed too. */
 build_reference *build_deforming_references(const deforming_mesh *m, size_t *count, bounds3 *bounds,

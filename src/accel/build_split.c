@@ -40,13 +40,6 @@ static f4 center_of(box4 box) {
     return f4_max(f4_min(f4_add(box.low, box.high), f4_set(FLT_MAX)), f4_set(-FLT_MAX));
 }
 
-static float axis_of(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
-
-static float center_on(const build_reference *r, int axis) {
-    float sum = axis_of(r->min, axis) + axis_of(r->max, axis);
-    return float_max(float_min(sum, FLT_MAX), -FLT_MAX);
-}
-
 static void measure(const splitter *s, build_range *r) {
     const build_reference *references = s->sides[r->side] + r->begin;
     box4 box[2] = {box4_empty(), box4_empty()}, centers[2] = {box[0], box[0]};
@@ -82,28 +75,24 @@ static void clear_bins(bins *b) {
     memset(b->count, 0, sizeof b->count);
 }
 
+/* Truncated, and at most the last: the bin on each axis. */
+static f4 bin_place(box4 box, const binning *g) {
+    return f4_mul(f4_sub(center_of(box), g->low), g->scale);
+}
+
 static void fill_bins(const build_reference *references, size_t count, const binning *g,
                       bins *out) {
     clear_bins(out);
     for (size_t i = 0; i < count; i++) {
         box4 box = box4_of(&references[i]);
-        f4 at = f4_mul(f4_sub(center_of(box), g->low), g->scale);
         uint32_t bin[3];
-        f4_indices(f4_min(at, f4_set(BIN_COUNT - 1)), bin);
+        f4_indices(f4_min(bin_place(box, g), f4_set(BIN_COUNT - 1)), bin);
         for (int axis = 0; axis < 3; axis++) {
             box4 *to = &out->box[axis][bin[axis]];
             *to = box4_union(*to, box);
             out->count[bin[axis]][axis]++;
         }
     }
-}
-
-/* The same bin as in fill_bins, which grows with the center. */
-static bool goes_right(const build_reference *r, const binning *g, split s) {
-    float low[4], scale[4];
-    f4_store(low, g->low);
-    f4_store(scale, g->scale);
-    return !((center_on(r, s.axis) - low[s.axis]) * scale[s.axis] < (float)s.bin);
 }
 
 static void join_bins(bins *to, const bins *from) {
@@ -190,11 +179,15 @@ static size_t count_left(const bins *b, split s) {
 /* Copies references in order, those of the left half to one place and the others to another. */
 static void scatter(const build_reference *from, size_t count, const binning *g, split s,
                     build_reference *to, size_t left, size_t right) {
+    f4 first = f4_set((float)s.bin);
     for (size_t i = 0; i < count; i++) { /* without a branch, which would be a coin's toss */
-        size_t goes = goes_right(&from[i], g, s);
-        to[left + (right - left) * goes] = from[i];
-        left += 1 - goes;
-        right += goes;
+        box4 box = box4_of(&from[i]);
+        unsigned less = f4_less_bits(bin_place(box, g), first);
+        size_t goes_left = less >> s.axis & 1, at = right + (left - right) * goes_left;
+        f4_store(&to[at].min.x, box.low);
+        f4_store(&to[at].max.x, box.high);
+        left += goes_left;
+        right += 1 - goes_left;
     }
 }
 
@@ -354,7 +347,8 @@ bool splitter_init(splitter *s, const build_job *job, thread_pool *pool, size_t 
                     .pool = pool,
                     .serial_size = serial_size,
                     .leaf_inverse = f4_set((1 + 0x1p-22f) / (float)job->leaf_size)};
-    s->sides[1] = memory_resize(NULL, job->count, sizeof *s->sides[1]);
+    if (job->count < SIZE_MAX / sizeof *s->sides[1])
+        s->sides[1] = memory_aligned(job->count * sizeof *s->sides[1]);
     if (s->sides[1] && job->count > serial_size) {
         size_t size = chunk_size_of(job->count);
         s->chunks = memory_aligned((job->count + size - 1) / size * sizeof *s->chunks);
@@ -364,6 +358,6 @@ bool splitter_init(splitter *s, const build_job *job, thread_pool *pool, size_t 
 }
 
 void splitter_free(splitter *s) {
-    free(s->sides[1]);
+    memory_free_aligned(s->sides[1]);
     memory_free_aligned(s->chunks);
 }

@@ -3,6 +3,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
 
 void *memory_resize(void *old, size_t count, size_t size) {
@@ -16,9 +17,18 @@ void *memory_zeroed(size_t count, size_t size) {
 }
 
 void *memory_aligned(size_t size) {
-    if (size > SIZE_MAX - 63) return NULL;
+    /* Large arrays lie on huge pages where the system has them: fewer faults as they are filled,
+     * and fewer misses of the TLB as they are read. */
+    enum { LARGE = 4 << 20, HUGE_PAGE = 2 << 20 };
+    size_t alignment = size >= LARGE ? HUGE_PAGE : 64;
+    if (size > SIZE_MAX - alignment) return NULL;
     size_t rounded = (size + 63) & ~(size_t)63;
-    return aligned_alloc(64, rounded ? rounded : 64);
+    void *memory;
+    if (posix_memalign(&memory, alignment, rounded ? rounded : 64)) return NULL;
+#ifdef MADV_HUGEPAGE
+    if (size >= LARGE) madvise(memory, rounded, MADV_HUGEPAGE);
+#endif
+    return memory;
 }
 
 void memory_free_aligned(void *memory) { free(memory); }

@@ -28,6 +28,10 @@ static inline f4 f4_select_less(f4 a, f4 b, f4 c, f4 d) {
     __m128 less = _mm_cmplt_ps(a, b);
     return _mm_or_ps(_mm_and_ps(less, c), _mm_andnot_ps(less, d));
 }
+/* A bit for each lane where a < b, lane 0 lowest. */
+static inline unsigned f4_less_bits(f4 a, f4 b) {
+    return (unsigned)_mm_movemask_ps(_mm_cmplt_ps(a, b));
+}
 /* Towards 0; defined where |a| < 2^31. */
 static inline f4 f4_truncate(f4 a) { return _mm_cvtepi32_ps(_mm_cvttps_epi32(a)); }
 /* Lanes 0 to 2 as whole numbers, towards 0; defined where 0 <= a < 2^31. */
@@ -54,9 +58,7 @@ static inline f4 f4_load(const float *p) {
     memcpy(&r, p, sizeof r);
     return r;
 }
-static inline void f4_store(float *p, f4 a) {
-    for (int i = 0; i < 4; i++) p[i] = a.v[i];
-}
+static inline void f4_store(float *p, f4 a) { memcpy(p, &a, sizeof a); }
 static inline f4 f4_load3(const float *p) { return (f4){{p[0], p[1], p[2], 0}}; }
 static inline f4 f4_set(float x) { return (f4){{x, x, x, x}}; }
 
@@ -76,6 +78,11 @@ FLOAT4_BINARY(f4_max, a.v[i] > b.v[i] ? a.v[i] : b.v[i])
 static inline f4 f4_select_less(f4 a, f4 b, f4 c, f4 d) {
     for (int i = 0; i < 4; i++) c.v[i] = a.v[i] < b.v[i] ? c.v[i] : d.v[i];
     return c;
+}
+static inline unsigned f4_less_bits(f4 a, f4 b) {
+    unsigned bits = 0;
+    for (unsigned i = 0; i < 4; i++) bits |= (unsigned)(a.v[i] < b.v[i]) << i;
+    return bits;
 }
 static inline f4 f4_truncate(f4 a) {
     for (int i = 0; i < 4; i++) a.v[i] = (float)(int32_t)a.v[i];
