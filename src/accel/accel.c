@@ -60,7 +60,7 @@ static snell_status build_geometry(frozen_geometry *g, const accel_options *opti
         g->tree.bounds = g->bounds;
     }
     if (mesh && status == SNELL_OK && job.count)
-        build_widen(&g->tree, deforming ? deforming->key_count : 1);
+        build_widen(&g->tree, deforming ? deforming->key_count : 1, pool);
     return status;
 }
 

@@ -473,7 +473,35 @@ bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tr
     return true;
 }
 
-void build_widen(bvh_tree *tree, uint32_t keys) {
+typedef struct widening {
+    bvh_tree *tree;
+    size_t nodes; /* of all keys */
+    double margin;
+} widening;
+
+enum { NODES_AT_ONCE = 1024 };
+
+static void widen_nodes(void *data, size_t index, uint32_t worker) {
+    (void)worker;
+    const widening *w = data;
+    size_t begin = index * NODES_AT_ONCE, end = begin + NODES_AT_ONCE;
+    for (size_t i = begin; i < end && i < w->nodes; i++) {
+        bvh_node *node = &w->tree->nodes[i];
+        for (uint32_t j = 0; j < BVH_WIDTH; j++) {
+            if (!(node->valid >> j & 1)) continue;
+            double low[3], high[3];
+            for (int axis = 0; axis < 3; axis++) {
+                low[axis] = (double)node->bounds[0][axis][j] - w->margin;
+                high[axis] = (double)node->bounds[1][axis][j] + w->margin;
+            }
+            bounds3 box = bounds3_outward((dvec3){low[0], low[1], low[2]},
+                                          (dvec3){high[0], high[1], high[2]});
+            set_child_box(node, j, &box);
+        }
+    }
+}
+
+void build_widen(bvh_tree *tree, uint32_t keys, thread_pool *pool) {
     const float *bounds[2] = {&tree->bounds.min.x, &tree->bounds.max.x};
     double extent = 0, place = 0;
     for (int i = 0; i < 3; i++) {
@@ -486,20 +514,8 @@ void build_widen(bvh_tree *tree, uint32_t keys) {
     /* A little more: the keys of a mesh that deforms are mixed with weights that are rounded. */
     double margin = (1 + 0x1p-10) *
                     (reach * (double)BOX_REACH_MARGIN + (place + reach) * (double)BOX_PLACE_MARGIN);
-    for (size_t i = 0; i < keys * tree->node_count; i++) {
-        bvh_node *node = &tree->nodes[i];
-        for (uint32_t j = 0; j < BVH_WIDTH; j++) {
-            if (!(node->valid >> j & 1)) continue;
-            double low[3], high[3];
-            for (int axis = 0; axis < 3; axis++) {
-                low[axis] = (double)node->bounds[0][axis][j] - margin;
-                high[axis] = (double)node->bounds[1][axis][j] + margin;
-            }
-            bounds3 box = bounds3_outward((dvec3){low[0], low[1], low[2]},
-                                          (dvec3){high[0], high[1], high[2]});
-            set_child_box(node, j, &box);
-        }
-    }
+    widening w = {tree, keys * tree->node_count, margin};
+    run(pool, (w.nodes + NODES_AT_ONCE - 1) / NODES_AT_ONCE, widen_nodes, &w);
     tree->margin = (float)margin;
 }
 

@@ -60,7 +60,7 @@ snell_status build_tree(const build_job *job, thread_pool *pool, bool reports, b
  * that key. False: out of memory. */
 bool build_tree_at_keys(const deforming_mesh *m, thread_pool *pool, bvh_tree *tree);
 /* Widens the boxes in all nodes of a mesh's tree, of `keys` keys, and sets its margin (layout.h). */
-void build_widen(bvh_tree *tree, uint32_t keys);
+void build_widen(bvh_tree *tree, uint32_t keys, thread_pool *pool);
 void build_tree_free(bvh_tree *tree);
 
 /* False: stop. */

@@ -40,17 +40,26 @@ static f4 center_of(box4 box) {
     return f4_max(f4_min(f4_add(box.low, box.high), f4_set(FLT_MAX)), f4_set(-FLT_MAX));
 }
 
-static void measure(const splitter *s, build_range *r) {
+/* Long ranges come from memory faster if they are asked for in time. */
+static void fetch_ahead(const build_reference *r) {
+    __builtin_prefetch((const void *)((uintptr_t)r + 64 * sizeof *r));
+}
+
+static void measure_centers(const splitter *s, build_range *r) {
     const build_reference *references = s->sides[r->side] + r->begin;
-    box4 box[2] = {box4_empty(), box4_empty()}, centers[2] = {box[0], box[0]};
+    box4 centers[2] = {box4_empty(), box4_empty()};
     for (size_t i = 0; i < r->count; i++) { /* in turn, so that no minimum waits for the last */
-        box4 own = box4_of(&references[i]);
-        f4 center = center_of(own);
-        box[i & 1] = box4_union(box[i & 1], own);
+        f4 center = center_of(box4_of(&references[i]));
         centers[i & 1] = box4_union(centers[i & 1], (box4){center, center});
     }
-    r->box = box4_union(box[0], box[1]);
     r->centers = box4_union(centers[0], centers[1]);
+}
+
+static void measure(const splitter *s, build_range *r) {
+    const build_reference *references = s->sides[r->side] + r->begin;
+    r->box = box4_empty();
+    for (size_t i = 0; i < r->count; i++) r->box = box4_union(r->box, box4_of(&references[i]));
+    measure_centers(s, r);
 }
 
 /* ---- bins ---- */
@@ -85,6 +94,7 @@ static void fill_bins(const build_reference *references, size_t count, const bin
     clear_bins(out);
     for (size_t i = 0; i < count; i++) {
         box4 box = box4_of(&references[i]);
+        fetch_ahead(&references[i]);
         uint32_t bin[3];
         f4_indices(f4_min(bin_place(box, g), f4_set(BIN_COUNT - 1)), bin);
         for (int axis = 0; axis < 3; axis++) {
@@ -170,6 +180,13 @@ static split choose_split(const splitter *s, const build_range *r, const bins *b
     return s->job->seed ? random_split(s, r, b) : best_split(s, r, b);
 }
 
+static box4 half_box(const bins *b, split s, uint32_t half) {
+    box4 box = box4_empty();
+    uint32_t end = half ? BIN_COUNT : s.bin;
+    for (uint32_t i = half ? s.bin : 0; i < end; i++) box = box4_union(box, b->box[s.axis][i]);
+    return box;
+}
+
 static size_t count_left(const bins *b, split s) {
     size_t count = 0;
     for (uint32_t i = 0; i < s.bin; i++) count += b->count[i][s.axis];
@@ -241,7 +258,7 @@ static void scatter_chunk(void *data, size_t index, uint32_t worker) {
     c->halves[0] = (build_range){.begin = c->left, .count = left_count, .side = !part.side};
     c->halves[1] =
         (build_range){.begin = c->right, .count = part.count - left_count, .side = !part.side};
-    for (int i = 0; i < 2; i++) measure(w->splitter, &c->halves[i]);
+    for (int i = 0; i < 2; i++) measure_centers(w->splitter, &c->halves[i]);
 }
 
 static size_t run_sweep(sweep *w, thread_task *task) {
@@ -252,12 +269,11 @@ static size_t run_sweep(sweep *w, thread_task *task) {
     return count;
 }
 
-static void join_halves(const splitter *s, size_t chunks, int half, build_range *r) {
-    r->box = r->centers = box4_empty();
-    for (size_t i = 0; i < chunks; i++) {
-        r->box = box4_union(r->box, s->chunks[i].halves[half].box);
-        r->centers = box4_union(r->centers, s->chunks[i].halves[half].centers);
-    }
+static box4 join_centers(const splitter *s, size_t chunks, uint32_t half) {
+    box4 centers = box4_empty();
+    for (size_t i = 0; i < chunks; i++)
+        centers = box4_union(centers, s->chunks[i].halves[half].centers);
+    return centers;
 }
 
 static void measure_any(const splitter *s, build_range *r) {
@@ -266,7 +282,10 @@ static void measure_any(const splitter *s, build_range *r) {
         return;
     }
     sweep w = {.splitter = s, .range = r, .chunk_size = chunk_size_of(r->count)};
-    join_halves(s, run_sweep(&w, measure_chunk), 0, r);
+    size_t chunks = run_sweep(&w, measure_chunk);
+    r->box = box4_empty();
+    for (size_t i = 0; i < chunks; i++) r->box = box4_union(r->box, s->chunks[i].halves[0].box);
+    r->centers = join_centers(s, chunks, 0);
 }
 
 /* Both: false where the SAH finds nothing to split. The halves come with their boxes. */
@@ -290,7 +309,10 @@ static bool split_long(const splitter *s, const build_range *r, const binning *g
     }
     run_sweep(&w, scatter_chunk);
     halves[0].count = count;
-    for (int i = 0; i < 2; i++) join_halves(s, chunks, i, &halves[i]);
+    for (uint32_t i = 0; i < 2; i++) {
+        halves[i].box = half_box(&all, w.split, i);
+        halves[i].centers = join_centers(s, chunks, i);
+    }
     return true;
 }
 
@@ -304,7 +326,12 @@ static bool split_short(const splitter *s, const build_range *r, const binning *
     size_t count = count_left(&b, chosen);
     if (count == 0 || count == r->count) return false;
     scatter(from, r->count, g, chosen, s->sides[!r->side], r->begin, r->begin + count);
-    halves[0].count = count;
+    halves[0] = (build_range){.begin = r->begin, .count = count, .side = !r->side};
+    halves[1] = (build_range){r->begin + count, r->count - count, .side = !r->side};
+    for (uint32_t i = 0; i < 2; i++) {
+        halves[i].box = half_box(&b, chosen, i);
+        if (halves[i].count > s->job->leaf_size) measure_centers(s, &halves[i]);
+    }
     return true;
 }
 
@@ -316,7 +343,7 @@ void split_range(const splitter *s, const build_range *r, build_range *left, bui
     if (r->depth < BVH_SAH_DEPTH && by_boxes) {
         binning g = make_binning(&r->centers);
         done = is_long ? split_long(s, r, &g, halves) : split_short(s, r, &g, halves);
-        measured = done && is_long;
+        measured = done;
         side = done ? !r->side : r->side;
     } else if (r->depth < BVH_SAH_DEPTH) {
         halves[0].count = build_split_ways(s->job, s->sides[side] + r->begin, r->count);

@@ -36,7 +36,7 @@ snell_status solid_mesh_create(const mesh_desc *mesh, thread_pool *pool, solid_m
     bounds3 bounds;
     size_t count = 0;
     solid_mesh *m = memory_zeroed(1, sizeof *m);
-    build_reference *references = m ? build_mesh_references(mesh, NULL, &count, &bounds) : NULL;
+    build_reference *references = m ? build_mesh_references(mesh, pool, &count, &bounds) : NULL;
     snell_status status = references ? SNELL_OK : error_no_memory();
     if (m) m->mesh = mesh;
     if (!status) status = mesh_find_closure(mesh, &m->closure, edge);
