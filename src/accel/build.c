@@ -1,5 +1,5 @@
-/* Top down, straight to nodes of eight: a node's children are made by splitting the child of largest
- * area until there are eight (Wald, Benthin, Boulos, Getting Rid of Packets, 2008). Every choice
+/* Top down, straight to nodes of eight: a node's children are made by splitting the child that gains
+ * most by it, by area as a rule, until there are eight (Wald, Benthin, Boulos, Getting Rid of Packets, 2008). Every choice
  * depends only on the references in their order, never on threads: the upper part is built node by
  * node, all threads looking at its references (build_split.c), until ranges are small; each small
  * range is one task with arrays of its own. Then the size of the whole is known, and each part is
@@ -195,28 +195,33 @@ static uint32_t add_leaf(const builder *b, part *p, const build_range *r) {
     return BVH_LEAF | (uint32_t)(r->count - 1) << BVH_COUNT_SHIFT | (uint32_t)p->leaf_count++;
 }
 
-static double area_of(const builder *b, const build_range *r) {
-    if (r->count <= b->job->leaf_size) return -1;
+/* How much is won by splitting a range rather than giving it a node of its own: the area of that node.
+ * Where two or three leaves would do it counts more, as no nodes are needed below: so nodes are
+ * fuller. -1: a leaf. */
+static double opening_gain(const builder *b, const build_range *r) {
+    const size_t leaf = b->job->leaf_size;
+    if (r->count <= leaf) return -1;
     double area = bounds3_half_area(box4_bounds(r->box));
+    area *= r->count <= 2 * leaf ? 4 : r->count <= 3 * leaf ? 2 : 1;
     return area <= DBL_MAX ? area : DBL_MAX;
 }
 
 /* Splits until there are eight children or nothing is left to split. */
 static uint32_t make_children(const builder *b, const build_range *r,
                               build_range children[BVH_WIDTH]) {
-    double areas[BVH_WIDTH]; /* of those that can be split */
+    double gains[BVH_WIDTH];
     uint32_t count = 1;
     children[0] = *r;
-    areas[0] = area_of(b, r);
+    gains[0] = opening_gain(b, r);
     while (count < BVH_WIDTH) {
         uint32_t chosen = 0;
         for (uint32_t i = 1; i < count; i++)
-            if (areas[i] > areas[chosen]) chosen = i;
-        if (areas[chosen] < 0) break;
+            if (gains[i] > gains[chosen]) chosen = i;
+        if (gains[chosen] < 0) break;
         build_range parent = children[chosen];
         split_range(&b->splitter, &parent, &children[chosen], &children[count]);
-        areas[chosen] = area_of(b, &children[chosen]);
-        areas[count] = area_of(b, &children[count]);
+        gains[chosen] = opening_gain(b, &children[chosen]);
+        gains[count] = opening_gain(b, &children[count]);
         count++;
         /* Long ranges are split on the caller's thread: a cancel shall not wait for the node. */
         if (b->reports && parent.count > b->task_size && !build_progress_report(b->job->progress))
