@@ -14,8 +14,8 @@ static inline f4 f4_load(const float *p) { return _mm_loadu_ps(p); }
 static inline void f4_store(float *p, f4 a) { _mm_storeu_ps(p, a); }
 /* p[0], p[1], p[2] and 0; no more is read. */
 static inline f4 f4_load3(const float *p) {
-    return _mm_movelh_ps(_mm_castpd_ps(_mm_load_sd((const double *)(const void *)p)),
-                         _mm_load_ss(p + 2));
+    __m128i low = _mm_loadl_epi64((const void *)p);
+    return _mm_movelh_ps(_mm_castsi128_ps(low), _mm_load_ss(p + 2));
 }
 static inline f4 f4_set(float x) { return _mm_set1_ps(x); }
 static inline f4 f4_add(f4 a, f4 b) { return _mm_add_ps(a, b); }
