@@ -134,7 +134,7 @@ enum { SIZE = 48 };
 static void check_rays(const char *name, double least) {
     subject s;
     subject_make(&s, name, 0.02, false);
-    subject_build(&s, 0);
+    subject_build(&s, 0, ACCEL_BALANCED);
     ray_set primary, set;
     rays_make_primary(&s, SIZE, &primary);
     assert_int_equal(primary.count, SIZE * SIZE);
@@ -186,7 +186,7 @@ static void test_cosine(void **state) {
     (void)state;
     subject s;
     subject_make(&s, "bunnies", 0.01, false);
-    subject_build(&s, 0);
+    subject_build(&s, 0, ACCEL_BALANCED);
     enum { COUNT = 128 * 128 };
     ray_set primary, set;
     rays_make_primary(&s, 128, &primary);
@@ -209,7 +209,7 @@ static void test_spoiled(void **state) {
     (void)state;
     subject s;
     subject_make(&s, "bunnies", 0.01, false);
-    subject_build(&s, 0);
+    subject_build(&s, 0, ACCEL_BALANCED);
     ray_set primary, spoiled;
     rays_make_primary(&s, SIZE, &primary);
     rays_spoil(&primary, &spoiled);

@@ -22,6 +22,7 @@ static const char usage[] =
     "  --isa NAME|all     the instruction set (the best); all: every one of this machine\n"
     "  --batch N          rays in a call (1024)\n"
     "  --leaf-size N      triangles in a leaf at most (chosen)\n"
+    "  --snell-quality NAME   of snell's: fast, balanced or best (balanced)\n"
     "  --quality NAME     of Embree's build: low, medium or high (medium)\n"
     "  --no-embree        without\n"
     "  --deforming        the mesh moves between two keys, every ray at a time of its own\n"
@@ -95,6 +96,12 @@ static void read_isa(settings *t, const char *text) {
     if (!found) bench_die("--isa takes scalar, avx2, avx512 or all");
 }
 
+static accel_quality read_own_quality(const char *text) {
+    for (int i = 0; text && i < ACCEL_QUALITIES; i++)
+        if (strcmp(text, accel_quality_names[i]) == 0) return (accel_quality)i;
+    bench_die("--snell-quality takes fast, balanced or best");
+}
+
 static peer_quality read_quality(const char *text) {
     static const char *const names[] = {"low", "medium", "high"};
     for (int i = 0; text && i < 3; i++)
@@ -129,6 +136,8 @@ static bool read_value(command *c, const char *name, char *value) {
         t->batch = number(value, 1, 1 << 20);
     else if (strcmp(name, "--leaf-size") == 0)
         t->leaf_size = number(value, 1, 8);
+    else if (strcmp(name, "--snell-quality") == 0)
+        t->own_quality = read_own_quality(value);
     else if (strcmp(name, "--quality") == 0)
         t->quality = read_quality(value);
     else if (strcmp(name, "--eye") == 0)
@@ -189,7 +198,7 @@ static void draw(const command *c) {
     subject s;
     subject_make(&s, c->scenes[0], c->settings.detail, c->settings.deforming);
     set_camera(&s.scene.camera, c);
-    subject_build(&s, c->settings.leaf_size);
+    subject_build(&s, c->settings.leaf_size, c->settings.own_quality);
     picture_write(&s, c->settings.size, c->settings.picture);
     subject_free(&s);
 }

@@ -215,7 +215,7 @@ static void measure_kind(bench *b, uint32_t kind, const ray_set *set, cell *cell
 
 static void build(subject *s, peer *p, const settings *t, scene_results *out) {
     for (uint32_t i = 0; i < t->builds; i++) {
-        out->build[i] = subject_build(s, t->leaf_size);
+        out->build[i] = subject_build(s, t->leaf_size, t->own_quality);
 #if BENCH_HAS_EMBREE
         if (p) out->peer_build[i] = peer_build(p, t->quality);
         if (p) out->peer_bytes = peer_bytes(p);

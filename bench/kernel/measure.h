@@ -18,6 +18,7 @@ typedef struct settings {
     uint32_t size, rounds, builds, leaf_size, batch;
     double detail;
     uint32_t threads[THREAD_COUNTS_MAX], threads_count;
+    accel_quality own_quality;
     peer_quality quality;
     bool wanted[TRACERS];
     uint32_t own; /* snell's tracer that is held against Embree */

@@ -75,10 +75,10 @@ void subject_make(subject *b, const char *name, double detail, bool deforming) {
         describe_mesh(b, deforming);
 }
 
-double subject_build(subject *b, uint32_t leaf_size) {
+double subject_build(subject *b, uint32_t leaf_size, accel_quality quality) {
     size_t count = geometry_count(b);
     accel_input input = {b->geometries, count, b->instances, count};
-    accel_options options = {.leaf_size = leaf_size};
+    accel_options options = {.leaf_size = leaf_size, .quality = quality};
     thread_pool *pool;
     if (thread_pool_create(0, &pool)) bench_die(error_last()->text);
     accel_destroy(b->accel);

@@ -23,7 +23,7 @@ typedef struct subject {
  * radian. */
 void subject_make(subject *s, const char *name, double detail, bool deforming);
 /* Builds, or builds anew; seconds by the clock, on every processor. leaf_size 0: chosen. */
-double subject_build(subject *s, uint32_t leaf_size);
+double subject_build(subject *s, uint32_t leaf_size, accel_quality quality);
 void subject_free(subject *s);
 
 size_t subject_count(const subject *s); /* triangles or spheres */

@@ -12,6 +12,8 @@
 /* Shapes of fewer parts are built several at a time, each by one thread. */
 enum { SMALL_TREE = 16384, LEAF_SIZE_DEFAULT = 8 };
 
+const char *const accel_quality_names[ACCEL_QUALITIES] = {"balanced", "fast", "best"};
+
 typedef struct tree_builds {
     accel *accel;
     const uint32_t *geometries; /* which */
@@ -40,6 +42,7 @@ static snell_status build_geometry(frozen_geometry *g, const accel_options *opti
     build_job job = {.mesh = mesh,
                      .leaf_size = mesh ? leaf_size(options) : 1,
                      .seed = options ? options->seed : 0,
+                     .quality = options ? options->quality : ACCEL_BALANCED,
                      .progress = progress};
     if (deforming)
         job.references = build_deforming_references(deforming, &job.count, &g->bounds, &ways);
@@ -234,6 +237,7 @@ static snell_status build_level(const accel *a, const accel_instance *instances,
                          .count = count,
                          .leaf_size = 1,
                          .seed = options ? options->seed : 0,
+                         .quality = options ? options->quality : ACCEL_BALANCED,
                          .progress = progress};
         status = build_tree(&job, pool, true, &out->top);
     }

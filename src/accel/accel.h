@@ -52,7 +52,17 @@ typedef struct accel_input {
     size_t instance_count;
 } accel_input;
 
+/* How long the build takes and how well rays do. The same hits. */
+typedef enum accel_quality {
+    ACCEL_BALANCED,
+    ACCEL_FAST,
+    ACCEL_BEST,
+    ACCEL_QUALITIES
+} accel_quality;
+extern const char *const accel_quality_names[ACCEL_QUALITIES];
+
 typedef struct accel_options {
+    accel_quality quality;
     uint32_t leaf_size; /* primitives in a leaf, at most; 0: chosen. Does not change a hit. */
     uint32_t seed;      /* != 0: children in a random order (tests of the hit rule) */
     /* Called now and then with a fraction in [0,1]; false stops the build with SNELL_CANCELLED. May

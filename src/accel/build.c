@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "accel/build_split.h"
+#include "accel/build_binary.h"
 #include "base/memory.h"
 
 enum { TASKS_WANTED = 64, TASK_SIZE_MIN = 2048, TASK_SIZE_MAX = 65536 };
@@ -22,7 +22,8 @@ typedef struct part {
     size_t node_count, node_capacity;
     uint32_t *leaves; /* of triangles: where their numbers begin in the builder's ids */
     size_t leaf_count, leaf_capacity;
-    uint32_t root, depth;          /* depth: the deepest level of wide nodes */
+    uint32_t root;
+    const binary_tree *binary;     /* NULL, or what its ranges are nodes of */
     size_t first_node, first_leaf; /* in the tree */
     bool failed;
 } part;
@@ -37,7 +38,8 @@ typedef struct task {
 typedef struct builder {
     const build_job *job;
     splitter splitter;
-    size_t task_size; /* ranges of at most this many become tasks */
+    binary_tree binary; /* whose nodes ranges are, at the best quality; empty: none */
+    size_t task_size;   /* ranges of at most this many become tasks */
     part upper;
     task *tasks;
     size_t task_count, task_capacity;
@@ -195,15 +197,31 @@ static uint32_t add_leaf(const builder *b, part *p, const build_range *r) {
     return BVH_LEAF | (uint32_t)(r->count - 1) << BVH_COUNT_SHIFT | (uint32_t)p->leaf_count++;
 }
 
+static bool is_leaf(const builder *b, const build_range *r) {
+    return b->binary.count ? b->binary.nodes[r->node].child[0] == BINARY_NONE
+                           : r->count <= b->job->leaf_size;
+}
+
 /* How much is won by splitting a range rather than giving it a node of its own: the area of that node.
  * Where two or three leaves would do it counts more, as no nodes are needed below: so nodes are
  * fuller. -1: a leaf. */
 static double opening_gain(const builder *b, const build_range *r) {
     const size_t leaf = b->job->leaf_size;
-    if (r->count <= leaf) return -1;
+    if (is_leaf(b, r)) return -1;
     double area = bounds3_half_area(box4_bounds(r->box));
     area *= r->count <= 2 * leaf ? 4 : r->count <= 3 * leaf ? 2 : 1;
     return area <= DBL_MAX ? area : DBL_MAX;
+}
+
+static void split_any(const builder *b, const build_range *r, build_range *left,
+                      build_range *right) {
+    if (b->binary.count == 0) {
+        split_range(&b->splitter, r, left, right);
+        return;
+    }
+    const binary_node *n = &b->binary.nodes[r->node];
+    *left = binary_range(&b->binary, n->child[0], r->depth + 1);
+    *right = binary_range(&b->binary, n->child[1], r->depth + 1);
 }
 
 /* Splits until there are eight children or nothing is left to split. */
@@ -219,7 +237,7 @@ static uint32_t make_children(const builder *b, const build_range *r,
             if (gains[i] > gains[chosen]) chosen = i;
         if (gains[chosen] < 0) break;
         build_range parent = children[chosen];
-        split_range(&b->splitter, &parent, &children[chosen], &children[count]);
+        split_any(b, &parent, &children[chosen], &children[count]);
         gains[chosen] = opening_gain(b, &children[chosen]);
         gains[count] = opening_gain(b, &children[count]);
         count++;
@@ -252,7 +270,6 @@ static uint32_t add_node(builder *b, part *p, const build_range *r, uint32_t lev
         p->failed = true;
         return 0;
     }
-    if (level + 1 > p->depth) p->depth = level + 1;
     uint32_t index = (uint32_t)p->node_count++;
     build_range children[BVH_WIDTH];
     uint32_t count = make_children(b, r, children);
@@ -269,7 +286,7 @@ static uint32_t add_node(builder *b, part *p, const build_range *r, uint32_t lev
         const build_range *child = &children[i];
         if (upper && child->count <= b->task_size)
             p->failed |= !add_task(b, child, index, i, level + 1);
-        else if (child->count <= b->job->leaf_size)
+        else if (is_leaf(b, child))
             node.child[i] = add_leaf(b, p, child);
         else
             node.child[i] = add_node(b, p, child, level + 1, upper);
@@ -300,7 +317,7 @@ static void run_task(void *data, size_t index, uint32_t worker) {
         t->part.failed = true;
         return;
     }
-    if (t->range.count <= b->job->leaf_size)
+    if (is_leaf(b, &t->range))
         t->part.root = add_leaf(b, &t->part, &t->range);
     else
         t->part.root = add_node(b, &t->part, &t->range, t->level, false);
@@ -312,7 +329,11 @@ static void run_task(void *data, size_t index, uint32_t worker) {
 static bool build_parts(builder *b) {
     build_range all = split_whole(&b->splitter);
     b->out->bounds = box4_bounds(all.box);
-    if (b->job->mesh && all.count <= b->job->leaf_size)
+    if (b->job->quality == ACCEL_BEST && b->job->ways == NULL && b->job->seed == 0) {
+        if (!binary_build(&b->splitter, &all, &b->binary)) return false;
+        all = binary_range(&b->binary, 0, 0);
+    }
+    if (b->job->mesh && is_leaf(b, &all))
         b->upper.root = add_leaf(b, &b->upper, &all);
     else
         b->upper.root = add_node(b, &b->upper, &all, 0, all.count > b->task_size);
@@ -538,6 +559,7 @@ static bool build_whole(builder *b, size_t serial_size) {
     for (size_t i = 0; i < b->task_count; i++) free_part(&b->tasks[i].part);
     free(b->tasks);
     free(b->ids);
+    binary_free(&b->binary);
     splitter_free(&b->splitter);
     return ok;
 }

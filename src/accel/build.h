@@ -36,6 +36,7 @@ typedef struct build_job {
                                     of the references */
     uint32_t leaf_size;    /* 1 but for triangles */
     uint32_t seed;
+    accel_quality quality;
     build_progress *progress;
 } build_job;
 

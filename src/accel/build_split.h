@@ -15,6 +15,7 @@ typedef struct build_range {
     box4 box, centers; /* centers: of twice the references' midpoints */
     uint32_t depth;    /* of binary splits */
     uint32_t side;     /* in which of the splitter's arrays it is */
+    uint32_t node;     /* of a binary tree, where there is one */
 } build_range;
 
 typedef struct split_chunk split_chunk;
