@@ -11,9 +11,9 @@
 #include "base/memory.h"
 
 enum {
-    ROUNDS = 4,
-    MOVED_SHARE = 32, /* of so many nodes one is looked at in a round */
-    SEARCH_SIZE = 64  /* nodes that a thread looks at in one go */
+    ROUNDS = 6,
+    MOVED_SHARE = 128, /* of so many nodes one is looked at in a round */
+    SEARCH_SIZE = 64   /* nodes that a thread looks at in one go */
 };
 
 /* ---- building: the upper part, then subtrees as tasks, which are put in their places ---- */
@@ -74,10 +74,10 @@ static void grow_subtree(void *data, size_t index, uint32_t worker) {
               add_node(g->splitter, NULL, &sub->range, BINARY_NONE, &sub->tree) != BINARY_NONE;
 }
 
-/* Its root takes the place of the node that stood for it. */
+/* There is room. Its root takes the place of the node that stood for it. */
 static bool graft(binary_tree *t, const subtree *sub) {
     size_t more = sub->tree.count - 1;
-    if (!sub->ok || !ARRAY_GROW(t->nodes, t->count, t->capacity, more)) return false;
+    if (!sub->ok) return false;
     uint32_t shift = (uint32_t)t->count - 1; /* its node 1 becomes the next */
     for (size_t i = 0; i <= more; i++) {
         binary_node n = sub->tree.nodes[i];
@@ -99,6 +99,9 @@ static bool grow(const splitter *s, const build_range *r, binary_tree *out) {
     growth g = {.splitter = s, .tree = out};
     bool ok = add_node(s, &g, r, BINARY_NONE, out) != BINARY_NONE;
     if (ok) run(s, g.count, grow_subtree, &g);
+    size_t more = 0;
+    for (size_t i = 0; i < g.count; i++) more += g.subtrees[i].tree.count;
+    ok = ok && ARRAY_GROW(out->nodes, out->count, out->capacity, more);
     for (size_t i = 0; i < g.count; i++) {
         ok = ok && graft(out, &g.subtrees[i]);
         binary_free(&g.subtrees[i].tree);
@@ -299,8 +302,8 @@ static void search_some(void *data, size_t index, uint32_t worker) {
 }
 
 static void optimise(optimiser *o) {
+    choose_largest(o);
     for (int round = 0; round < ROUNDS; round++) {
-        choose_largest(o);
         run(o->splitter, (o->chosen_count + SEARCH_SIZE - 1) / SEARCH_SIZE, search_some, o);
         for (size_t i = 0; i < o->chosen_count; i++) {
             uint32_t node = o->chosen[i].node, target = o->targets[i];

@@ -13,7 +13,8 @@
 enum { BIN_COUNT = 16, CHUNKS_MAX = 256, CHUNK_SIZE_MIN = 4096 };
 
 typedef struct binning {
-    f4 low, scale; /* scale 0: the axis cannot be split */
+    f4 low, scale;       /* scale 0: the axis cannot be split */
+    uint32_t axis, axes; /* the first that is looked at, and how many */
 } binning;
 
 typedef struct split {
@@ -64,7 +65,7 @@ static void measure(const splitter *s, build_range *r) {
 
 /* ---- bins ---- */
 
-static binning make_binning(const box4 *centers) {
+static binning make_binning(const splitter *s, const box4 *centers) {
     float low[4], high[4], scale[4];
     f4_store(low, centers->low);
     f4_store(high, centers->high);
@@ -75,7 +76,12 @@ static binning make_binning(const box4 *centers) {
     }
     /* Lane 3 of a reference is its number: as a float denormal, which is slow to multiply. */
     low[3] = -1, scale[3] = 0;
-    return (binning){f4_load(low), f4_load(scale)};
+    binning g = {f4_load(low), f4_load(scale), 0, 3};
+    if (s->job->quality != ACCEL_FAST || s->job->seed) return g;
+    g.axes = 1; /* the longest */
+    for (uint32_t axis = 0; axis < 3; axis++)
+        if (scale[axis] > 0 && (scale[axis] < scale[g.axis] || scale[g.axis] == 0)) g.axis = axis;
+    return g;
 }
 
 static void clear_bins(bins *b) {
@@ -97,7 +103,7 @@ static void fill_bins(const build_reference *references, size_t count, const bin
         fetch_ahead(&references[i]);
         uint32_t bin[3];
         f4_indices(f4_min(bin_place(box, g), f4_set(BIN_COUNT - 1)), bin);
-        for (int axis = 0; axis < 3; axis++) {
+        for (uint32_t axis = g->axis; axis < g->axis + g->axes; axis++) {
             box4 *to = &out->box[axis][bin[axis]];
             *to = box4_union(*to, box);
             out->count[bin[axis]][axis]++;
@@ -341,7 +347,7 @@ void split_range(const splitter *s, const build_range *r, build_range *left, bui
          done = false, measured = false;
     uint32_t side = r->side;
     if (r->depth < BVH_SAH_DEPTH && by_boxes) {
-        binning g = make_binning(&r->centers);
+        binning g = make_binning(s, &r->centers);
         done = is_long ? split_long(s, r, &g, halves) : split_short(s, r, &g, halves);
         measured = done;
         side = done ? !r->side : r->side;
