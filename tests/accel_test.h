@@ -117,13 +117,17 @@ static inline uint32_t scene_add_shape(test_scene *s, const char *name, const ch
     return scene_add_geometry(s, type, desc);
 }
 
+static inline accel *scene_build_as(const test_scene *s, const accel_options *options,
+                                    thread_pool *pool) {
+    accel_input input = {s->geometries, s->geometry_count, s->instances, s->instance_count};
+    accel *a = NULL;
+    assert_int_equal(accel_build(&input, options, pool, &a), SNELL_OK);
+    return a;
+}
+
 static inline accel *scene_build(const test_scene *s, uint32_t leaf_size, uint32_t seed,
                                  thread_pool *pool) {
-    accel_input input = {s->geometries, s->geometry_count, s->instances, s->instance_count};
-    accel_options options = {.leaf_size = leaf_size, .seed = seed};
-    accel *a = NULL;
-    assert_int_equal(accel_build(&input, &options, pool, &a), SNELL_OK);
-    return a;
+    return scene_build_as(s, &(accel_options){.leaf_size = leaf_size, .seed = seed}, pool);
 }
 
 /* Longitude and latitude, closed at seam and poles. */

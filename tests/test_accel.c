@@ -276,9 +276,10 @@ static void choose_rays(const test_scene *s, rng *r, ray *rays, hit *truth, size
 
 /* ---- the comparison ---- */
 
-enum { BATCH = 500, LEAF_SIZES = 4, SEEDS = 3 };
+/* Trees by a random order of children, and by the other qualities of builds. */
+enum { BATCH = 500, LEAF_SIZES = 4, SEEDS = 3, KINDS = SEEDS + ACCEL_QUALITIES - 1 };
 typedef struct trees {
-    accel *tree[LEAF_SIZES][SEEDS];
+    accel *tree[LEAF_SIZES][KINDS];
 } trees;
 
 static void print_ray(const char *scene, const char *isa, const ray *r, hit got, hit wanted) {
@@ -314,7 +315,14 @@ static void attack(size_t scene, size_t batches) {
     scenes[scene].make(s, &r);
     trees t;
     for (uint32_t i = 0; i < LEAF_SIZES; i++)
-        for (uint32_t j = 0; j < SEEDS; j++) t.tree[i][j] = scene_build(s, 1u << i, j, NULL);
+        for (uint32_t j = 0; j < KINDS; j++) {
+            accel_options options = {.leaf_size = 1u << i};
+            if (j < SEEDS)
+                options.seed = j;
+            else
+                options.quality = (accel_quality)(1 + j - SEEDS);
+            t.tree[i][j] = scene_build_as(s, &options, NULL);
+        }
     size_t wrong = 0, found = 0;
     for (size_t batch = 0; batch < batches; batch++) {
         choose_rays(s, &r, rays, truth, BATCH);
@@ -322,14 +330,14 @@ static void attack(size_t scene, size_t batches) {
         for (size_t isa = 0; isa < COUNT_OF(isas); isa++) {
             if (!accel_has_isa(isas[isa])) continue;
             for (uint32_t i = 0; i < LEAF_SIZES; i++)
-                for (uint32_t j = 0; j < SEEDS; j++)
+                for (uint32_t j = 0; j < KINDS; j++)
                     wrong += compare(scenes[scene].name, t.tree[i][j], isa, rays, truth);
         }
     }
     printf("%s: %zu rays, %zu hits, %d trees, %zu differences\n", scenes[scene].name,
-           batches * BATCH, found, LEAF_SIZES * SEEDS, wrong);
+           batches * BATCH, found, LEAF_SIZES * KINDS, wrong);
     for (uint32_t i = 0; i < LEAF_SIZES; i++)
-        for (uint32_t j = 0; j < SEEDS; j++) accel_destroy(t.tree[i][j]);
+        for (uint32_t j = 0; j < KINDS; j++) accel_destroy(t.tree[i][j]);
     scene_destroy(s);
     assert_int_equal(wrong, 0);
     assert_true(found > batches * BATCH / 10);

@@ -22,19 +22,24 @@ static void the_tree_does_not_depend_on_threads(void **state) {
         m.m[1][3] = (float)(i % 23);
         scene_add_instance(s, i % 3, i ? &m : NULL);
     }
-    accel *first = scene_build(s, 0, 0, NULL);
-    const uint32_t threads[] = {1, 2, 3, 8};
-    for (size_t i = 0; i < COUNT_OF(threads); i++) {
-        thread_pool *pool = NULL;
-        assert_int_equal(thread_pool_create(threads[i], &pool), SNELL_OK);
-        accel *a = scene_build(s, 0, 0, pool);
-        assert_true(same_tree(&a->world.top, &first->world.top));
-        for (size_t g = 0; g < a->geometry_count; g++)
-            assert_true(same_tree(&a->geometries[g].tree, &first->geometries[g].tree));
-        accel_memory m = accel_get_memory(a), m0 = accel_get_memory(first);
-        assert_memory_equal(&m, &m0, sizeof m);
-        accel_destroy(a);
-        thread_pool_destroy(pool);
+    accel *first = NULL;
+    for (uint32_t quality = ACCEL_QUALITIES; quality-- > 0;) { /* balanced last */
+        accel_options options = {.quality = (accel_quality)quality};
+        if (first) accel_destroy(first);
+        first = scene_build_as(s, &options, NULL);
+        const uint32_t threads[] = {1, 2, 3, 8};
+        for (size_t i = 0; i < COUNT_OF(threads); i++) {
+            thread_pool *pool = NULL;
+            assert_int_equal(thread_pool_create(threads[i], &pool), SNELL_OK);
+            accel *a = scene_build_as(s, &options, pool);
+            assert_true(same_tree(&a->world.top, &first->world.top));
+            for (size_t g = 0; g < a->geometry_count; g++)
+                assert_true(same_tree(&a->geometries[g].tree, &first->geometries[g].tree));
+            accel_memory m = accel_get_memory(a), m0 = accel_get_memory(first);
+            assert_memory_equal(&m, &m0, sizeof m);
+            accel_destroy(a);
+            thread_pool_destroy(pool);
+        }
     }
     accel_memory m = accel_get_memory(first);
     assert_int_equal(m.triangle_count, 2 * 300 * 299 + 2 * 50 * 59 + 2 * 5 * 3);
@@ -63,8 +68,8 @@ static uint32_t count_triangles(const bvh_tree *tree, uint32_t reference, uint8_
     return depth + 1;
 }
 
-static void check_tree(test_scene *s, uint32_t leaf_size, uint32_t seed) {
-    accel *a = scene_build(s, leaf_size, seed, NULL);
+static void check_tree(test_scene *s, accel_options options) {
+    accel *a = scene_build_as(s, &options, NULL);
     size_t count = mesh_triangle_count(s->geometries[0].desc);
     uint8_t *seen = calloc(count, 1);
     assert_non_null(seen);
@@ -94,11 +99,68 @@ static void hostile_meshes_keep_the_depth_bounded(void **state) {
     scene_add_instance(equal, 0, NULL);
     for (uint32_t seed = 0; seed < 4; seed++)
         for (uint32_t leaf = 1; leaf <= 8; leaf *= 2) {
-            check_tree(shrinking, leaf, seed);
-            check_tree(equal, leaf, seed);
+            check_tree(shrinking, (accel_options){.leaf_size = leaf, .seed = seed});
+            check_tree(equal, (accel_options){.leaf_size = leaf, .seed = seed});
+        }
+    const accel_quality others[] = {ACCEL_FAST, ACCEL_BEST};
+    for (size_t i = 0; i < COUNT_OF(others); i++)
+        for (uint32_t leaf = 1; leaf <= 8; leaf *= 2) {
+            check_tree(shrinking, (accel_options){.leaf_size = leaf, .quality = others[i]});
+            check_tree(equal, (accel_options){.leaf_size = leaf, .quality = others[i]});
         }
     scene_destroy(shrinking);
     scene_destroy(equal);
+}
+
+/* The area of all nodes but the root, and of leaves. */
+static double area_below(const bvh_tree *tree) {
+    double area = 0;
+    for (size_t n = 0; n < tree->node_count; n++)
+        for (uint32_t i = 0; i < BVH_WIDTH; i++) {
+            const bvh_node *node = &tree->nodes[n];
+            bounds3 box;
+            for (int axis = 0; axis < 3; axis++) {
+                (&box.min.x)[axis] = node->bounds[0][axis][i];
+                (&box.max.x)[axis] = node->bounds[1][axis][i];
+            }
+            if (node->valid >> i & 1) area += bounds3_half_area(box);
+        }
+    return area;
+}
+
+/* Clusters of small triangles, and walls through them, which the splits from the top down carry along
+ * among the small. */
+static void reinsertion_makes_a_tree_of_less_area(void **state) {
+    (void)state;
+    enum { COUNT = 30000, CLUSTER = 1000 };
+    test_scene *s = scene_create();
+    mesh_desc *mesh = scene_add_mesh(s, 3 * COUNT, COUNT);
+    rng r = {7};
+    vec3 center = {0, 0, 0};
+    for (uint32_t i = 0; i < COUNT; i++) {
+        bool wall = i % CLUSTER < 4;
+        if (i % CLUSTER == 0)
+            center = (vec3){rng_float(&r, 0, 10), rng_float(&r, 0, 10), rng_float(&r, 0, 10)};
+        double size = wall ? 5 : 0.02, spread = wall ? 0 : 0.5;
+        for (uint32_t v = 0; v < 3; v++) mesh_indices(mesh)[3 * i + v] = 3 * i + v;
+        vec3 p = {rng_float(&r, -spread, spread), rng_float(&r, -spread, spread),
+                  rng_float(&r, -spread, spread)};
+        for (uint32_t v = 0; v < 3; v++)
+            mesh_positions(mesh)[3 * i + v] = vec3_add(
+                vec3_add(center, p), (vec3){rng_float(&r, -size, size), rng_float(&r, -size, size),
+                                            wall ? 0 : rng_float(&r, -size, size)});
+    }
+    scene_add_instance(s, 0, NULL);
+    double area[ACCEL_QUALITIES];
+    for (int quality = 0; quality < ACCEL_QUALITIES; quality++) {
+        accel *a = scene_build_as(s, &(accel_options){.quality = (accel_quality)quality}, NULL);
+        area[quality] = area_below(&a->geometries[0].tree);
+        printf("%s: %.2f\n", accel_quality_names[quality], area[quality]);
+        accel_destroy(a);
+    }
+    assert_true(area[ACCEL_BEST] < 0.98 * area[ACCEL_BALANCED]);
+    assert_true(area[ACCEL_BALANCED] < area[ACCEL_FAST]);
+    scene_destroy(s);
 }
 
 static void nothing_can_be_built_and_traced(void **state) {
@@ -199,6 +261,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_tree_does_not_depend_on_threads),
         cmocka_unit_test(hostile_meshes_keep_the_depth_bounded),
+        cmocka_unit_test(reinsertion_makes_a_tree_of_less_area),
         cmocka_unit_test(nothing_can_be_built_and_traced),
         cmocka_unit_test(bounds_are_of_the_world_without_planes),
         cmocka_unit_test(progress_is_told_and_stops_the_build),

@@ -142,6 +142,8 @@ usage() {
     absent my.png
     SNELL_THREADS=x run 2 my.lua
     says "SNELL_THREADS: 'x' is not"
+    run 2 my.lua --build bst
+    says "--build: there is no 'bst'"
     SNELL_ISA=avx9 run 2 my.lua
     says "SNELL_ISA: there is no 'avx9'"
 }

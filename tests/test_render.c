@@ -707,6 +707,9 @@ static void bad_contexts_and_films_are_refused(void **state) {
     desc.isa_max = (snell_isa)9;
     REFUSED(SNELL_ERR_ARGUMENT, snell_context_create(&desc, &context));
     desc.isa_max = SNELL_ISA_AUTO;
+    desc.build = (snell_build)3;
+    REFUSED(SNELL_ERR_ARGUMENT, snell_context_create(&desc, &context));
+    desc.build = SNELL_BUILD_BALANCED;
     desc.thread_count = 1u << 30;
     REFUSED(SNELL_ERR_ARGUMENT, snell_context_create(&desc, &context));
     REFUSED(SNELL_ERR_ARGUMENT, snell_scene_create(NULL, &scene));

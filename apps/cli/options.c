@@ -145,6 +145,9 @@ const option_info option_table[] = {
     {OPT_ISA, "isa", 0, "NAME", "auto",
      "scalar, avx2, avx512: at most that; auto: what the CPU has; the picture is the same", MACHINE,
      CMD_PICTURE | CMD_INFO, 0, "scalar|avx2|avx512|auto", false},
+    {OPT_BUILD, "build", 0, "QUALITY", "balanced",
+     "fast, balanced, best: build longer so that rays are faster; the picture is the same", MACHINE,
+     CMD_PICTURE | CMD_INFO, 0, "fast|balanced|best", false},
     {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
      CMD_PICTURE | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
 

@@ -49,6 +49,7 @@ typedef enum option_id {
     OPT_THREADS,
     OPT_MEMORY,
     OPT_ISA,
+    OPT_BUILD,
     OPT_PROGRESS,
     OPT_SAMPLE,
     OPT_LEVELS,

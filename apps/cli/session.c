@@ -71,6 +71,19 @@ static int read_isa(const options *o, snell_isa *out) {
                         text);
 }
 
+static int read_build(const options *o, snell_build *out) {
+    static const char *const names[] = {"balanced", "fast", "best"}; /* as snell_build */
+    const char *text = o->value[OPT_BUILD];
+    *out = SNELL_BUILD_BALANCED;
+    if (text == NULL) return EXIT_DONE;
+    for (int i = 0; i < 3; i++) {
+        if (strcmp(text, names[i]) != 0) continue;
+        *out = (snell_build)i;
+        return EXIT_DONE;
+    }
+    return report_usage("it is one of: fast, balanced, best", "--build: there is no '%s'", text);
+}
+
 /* --memory holds for this process by the kernel's count of its writable memory (RLIMIT_DATA), so
  * that an allocation fails instead of the machine; the import helper inherits it. */
 static int limit_memory(session *s) {
@@ -111,6 +124,7 @@ int session_open(session *s, const options *o) {
     snell_context_desc desc = SNELL_INIT(context_desc);
     int code = read_threads(o, &desc.thread_count);
     if (code == EXIT_DONE) code = read_isa(o, &desc.isa_max);
+    if (code == EXIT_DONE) code = read_build(o, &desc.build);
     if (code == EXIT_DONE) code = check_input_format(o);
     if (code == EXIT_DONE) code = limit_memory(s);
     if (code != EXIT_DONE) return code;

@@ -65,7 +65,8 @@ static double agreeing(const cell *c, const agreement *a) {
 /* ---- text ---- */
 
 void report_head(const settings *t, const char *embree) {
-    printf("snell %s, batches of %u; ", tracer_names[t->own], t->batch);
+    printf("snell %s, build %s, batches of %u; ", tracer_names[t->own],
+           accel_quality_names[t->own_quality], t->batch);
     if (embree)
         printf("Embree %s, %s, quality %s, single rays and packets of %d, the better one is the "
                "peer; ",
@@ -265,8 +266,10 @@ static void json_means(const scene_results *r, size_t count, const settings *t) 
 }
 
 void report_json(const scene_results *r, size_t count, const settings *t, const char *embree) {
-    printf("{\"isa\":\"%s\",\"batch\":%u,\"rounds\":%u,\"size\":%u,\"cycles_by\":\"%s\"",
-           tracer_names[t->own], t->batch, t->rounds, t->size, cycles_source());
+    printf("{\"isa\":\"%s\",\"build\":\"%s\",\"batch\":%u,\"rounds\":%u,\"size\":%u,\"cycles_by\":"
+           "\"%s\"",
+           tracer_names[t->own], accel_quality_names[t->own_quality], t->batch, t->rounds, t->size,
+           cycles_source());
     if (embree)
         printf(",\"embree\":\"%s\",\"embree_flags\":\"%s\",\"embree_quality\":\"%s\","
                "\"embree_packet\":%d",

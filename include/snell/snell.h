@@ -132,6 +132,13 @@ typedef enum snell_isa {
     SNELL_ISA_AVX512
 } snell_isa;
 
+/* How long a commit builds, and how fast rays are then. The picture does not depend on it. */
+typedef enum snell_build {
+    SNELL_BUILD_BALANCED = 0,
+    SNELL_BUILD_FAST, /* for pictures of few rays */
+    SNELL_BUILD_BEST  /* for pictures of many */
+} snell_build;
+
 typedef struct snell_context_desc {
     size_t struct_size;
     snell_log_fn *log; /* NULL: silent; may be called from any thread, one call at a time */
@@ -141,6 +148,7 @@ typedef struct snell_context_desc {
     /* Bytes that a commit may take for the geometry of a scene, stated before it is taken (stats'
      * memory_planned): more is SNELL_ERR_MEMORY. 0: not limited. */
     uint64_t memory_max;
+    snell_build build;
 } snell_context_desc;
 
 static inline snell_context_desc snell_context_desc_init(size_t struct_size) {

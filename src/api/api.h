@@ -11,6 +11,7 @@
 struct snell_context {
     thread_pool *pool;
     snell_isa isa;
+    snell_build build;
     uint64_t memory_max;
     log_sink log; /* writes under log_lock */
     log_sink user_log;

@@ -27,6 +27,8 @@ snell_status snell_context_create(const snell_context_desc *desc, snell_context 
         return error_set(SNELL_ERR_ARGUMENT, NULL, "%u threads are too many", desc->thread_count);
     if (desc->isa_max < SNELL_ISA_AUTO || desc->isa_max > SNELL_ISA_AVX512)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "isa_max is no instruction set");
+    if (desc->build < SNELL_BUILD_BALANCED || desc->build > SNELL_BUILD_BEST)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "build is no quality of builds");
     snell_context *c = memory_zeroed(1, sizeof *c);
     if (c == NULL) return error_no_memory();
     snell_status status = thread_pool_create(desc->thread_count, &c->pool);
@@ -36,6 +38,7 @@ snell_status snell_context_create(const snell_context_desc *desc, snell_context 
     }
     pthread_mutex_init(&c->log_lock, NULL);
     c->memory_max = desc->memory_max;
+    c->build = desc->build;
     c->isa = accel_best_isa(desc->isa_max);
     c->user_log = (log_sink){desc->log, desc->user};
     if (desc->log) c->log = (log_sink){write_log, c};

@@ -429,13 +429,20 @@ static void warn_of_empty(const snell_scene *s) {
                   "nothing is drawn of %zu more shapes", found - NAMED_MAX);
 }
 
+static accel_quality quality_of(snell_build build) {
+    return build == SNELL_BUILD_FAST   ? ACCEL_FAST
+           : build == SNELL_BUILD_BEST ? ACCEL_BEST
+                                       : ACCEL_BALANCED;
+}
+
 snell_status snell_scene_commit(snell_scene *s, snell_progress_fn *progress, void *user) {
     snell_status status = scene_begin_edit(s);
     if (status) return status;
     commit_progress forward = {progress, user};
-    scene_options options = {
-        .accel = {.progress = progress ? report_build : NULL, .user = &forward},
-        .memory_max = s->context->memory_max};
+    scene_options options = {.accel = {.quality = quality_of(s->context->build),
+                                       .progress = progress ? report_build : NULL,
+                                       .user = &forward},
+                             .memory_max = s->context->memory_max};
     scene *frozen;
     status = scene_freeze(s->description, &options, s->context->pool, &frozen);
     if (!status) {
