@@ -5,7 +5,7 @@
 
 #include "accel/build_split.h"
 
-enum { BINARY_NONE = UINT32_MAX };
+#define BINARY_NONE UINT32_MAX
 
 typedef struct binary_node {
     box4 box;
