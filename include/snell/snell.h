@@ -756,7 +756,8 @@ typedef struct snell_explained_sample {
 SNELL_API snell_status snell_explain(const snell_scene *scene, const snell_render_desc *desc,
                                      const snell_explain_desc *pixel, snell_explanation **out);
 SNELL_API void snell_explanation_destroy(snell_explanation *explanation);
-/* Borrowed until destroy; strings too. The pixel as it is in the film: *channels floats. */
+/* Arrays are borrowed until destroy; names in them are the scene's, until its next edit. The pixel is as
+ * it is in the film: *channels floats. */
 SNELL_API const float *snell_explanation_pixel(const snell_explanation *explanation,
                                                uint32_t *channels);
 SNELL_API const snell_explained_sample *
