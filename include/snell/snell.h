@@ -702,9 +702,8 @@ typedef struct snell_explained_ray {
     snell_vec3 throughput;   /* how much of what is found at its end reaches the sample */
     double radiance[4]; /* what its tree adds to the sample: the sum of the contributions, and of
                               coverage in [3] */
-    /* Of HIT and PASSED: the surface. */
-    snell_object_info shape,
-        material; /* material of type "": the grey that shapes without one have */
+    /* Of HIT and PASSED: the surface. Material of type "": the grey of shapes without one. */
+    snell_object_info shape, material;
     snell_vec3 position;
     snell_hit hit;     /* instance {0}: the shape of a light */
     snell_vec3 normal; /* the shading normal, unit, on the side that the ray came from */
@@ -712,10 +711,8 @@ typedef struct snell_explained_ray {
     double alpha;  /* how much of the surface is there; in path it is all there or not at all, by
                       this chance, and throughput has no part of it */
     double cosine; /* of the angle between the ray and the shading normal, >= 0 */
-    double ior_from,
-        ior_to; /* where the ray comes from and beyond; of what bounds no medium 1, 1 */
-    double fresnel
-        [3]; /* what a smooth surface reflects at this angle; 0: the material has no such part */
+    double ior_from, ior_to; /* on the ray's side and beyond; of what bounds no medium 1, 1 */
+    double fresnel[3];       /* what a smooth surface reflects at this angle; 0: there is none */
 } snell_explained_ray;
 
 typedef enum snell_light_source {
@@ -729,9 +726,9 @@ typedef enum snell_light_source {
 typedef struct snell_explained_light {
     uint32_t ray; /* the index of the ray at whose end it is */
     snell_light_source source;
-    snell_object_info
-        light;   /* type "": the background, or several at once; a shape that shines as shape */
-    bool tested; /* a shadow ray was sent */
+    /* A shape that shines is a shape; of type "": the background, or several at once. */
+    snell_object_info light;
+    bool tested;          /* a shadow ray was sent */
     snell_vec3 direction; /* of LIGHT: unit, to the light; 0: from everywhere */
     double distance;      /* metres, INFINITY: infinitely far */
     double incoming[3];   /* of LIGHT irradiance where pdf is 0, W/m^2; else radiance, W/(m^2 sr) */
