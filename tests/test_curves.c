@@ -223,7 +223,7 @@ static int solve_round(const path *p, real size, root *roots) {
         }
     }
     /* On the inner side of a kink the stretches of both segments overlap: one solid, one stretch. */
-    for (int i = first; p->v->basis == LINEAR && i < count; i += 2)
+    for (int i = first; i < count; i += 2)
         for (int k = first; k < count; k += 2) {
             if (k == i || roots[k].t > roots[i + 1].t || roots[i].t > roots[k + 1].t) continue;
             if (roots[k].t < roots[i].t) roots[i] = roots[k];
