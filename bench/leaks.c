@@ -1,10 +1,10 @@
 /* Very many rays from inside closed meshes, none of which may get out.
  *
- *     bench-leaks [--rays N] [--threads N] [--seed N] [--isa NAME] [MESH]
+ *     bench-leaks [--rays N] [--threads N] [--seed N] [--isa NAME] [--place N] [MESH]
  *
  * N rays (100,000,000) of each kind at each mesh, shared out evenly among the places where the mesh
- * stands; meshes, places and kinds are those of tests/leaks.h. Which rays are traced depends on N and
- * the seed alone. Exit code 1 if any leaks. */
+ * stands; meshes, places and kinds are those of tests/leaks.h. --place 1 to 5 traces that place's share
+ * alone. Which rays are traced depends on N, the seed, the meshes and the places alone. Exit code 1 if any leaks. */
 #include <stdio.h>
 #include <unistd.h>
 
@@ -15,7 +15,7 @@ enum { CHUNK = 50000, STEP = 64 }; /* rays of a task; tasks until the next sign 
 
 typedef struct settings {
     uint64_t rays, seed;
-    uint32_t threads;
+    uint32_t threads, place; /* place: 1 to LEAK_PLACES; 0: all */
     snell_isa isa;
     const char *mesh;
 } settings;
@@ -105,15 +105,17 @@ static uint64_t run_case(job *j, const leak_case *c, thread_pool *pool, progress
     return sum;
 }
 
-static bool is_wanted(const settings *s, size_t i) {
-    return s->mesh == NULL || strcmp(s->mesh, leak_mesh_types[i].name) == 0;
+static bool is_wanted(const settings *s, size_t i, leak_place place) {
+    return (s->mesh == NULL || strcmp(s->mesh, leak_mesh_types[i].name) == 0) &&
+           (s->place == 0 || s->place == (uint32_t)place + 1);
 }
 
 static uint64_t run_all(const settings *s, thread_pool *pool) {
     uint64_t share = (s->rays + LEAK_PLACES - 1) / LEAK_PLACES, leaks = 0;
     progress p = {.start = time_seconds(), .said = time_seconds()};
     for (size_t i = 0; i < LEAK_MESHES; i++)
-        if (is_wanted(s, i)) p.all += share * LEAK_PLACES * LEAK_AIMS;
+        for (leak_place place = 0; place < LEAK_PLACES; place++)
+            if (is_wanted(s, i, place)) p.all += share * LEAK_AIMS;
     if (p.all == 0) die("no such mesh: globe, rock, needle or knot");
     printf("%u threads, %s; leaks of rays at:\n", thread_pool_size(pool),
            snell_isa_name(accel_best_isa(s->isa)));
@@ -121,8 +123,9 @@ static uint64_t run_all(const settings *s, thread_pool *pool) {
            "edge middle", "edges", "vertices", "Mrays/s");
     job j = {.settings = s};
     for (size_t i = 0; i < LEAK_MESHES; i++)
-        for (leak_place place = 0; is_wanted(s, i) && place < LEAK_PLACES; place++) {
+        for (leak_place place = 0; place < LEAK_PLACES; place++) {
             leak_case c;
+            if (!is_wanted(s, i, place)) continue;
             if (!leak_case_make(&c, &leak_mesh_types[i], place, pool)) die("out of memory");
             leaks += run_case(&j, &c, pool, &p);
             leak_case_clear(&c);
@@ -150,7 +153,7 @@ static snell_isa isa_of(const char *text) {
 }
 
 static const char usage[] = "usage: bench-leaks [--rays N] [--threads N] [--seed N] [--isa NAME] "
-                            "[globe|rock|needle|knot]";
+                            "[--place 1..5] [globe|rock|needle|knot]";
 
 int main(int argc, char **argv) {
     settings s = {.rays = 100000000};
@@ -161,6 +164,8 @@ int main(int argc, char **argv) {
             s.threads = (uint32_t)number(argv[++i], 0, 4096);
         else if (strcmp(argv[i], "--seed") == 0)
             s.seed = number(argv[++i], 0, UINT64_MAX);
+        else if (strcmp(argv[i], "--place") == 0)
+            s.place = (uint32_t)number(argv[++i], 1, LEAK_PLACES);
         else if (strcmp(argv[i], "--isa") == 0)
             s.isa = isa_of(argv[++i]);
         else if (strcmp(argv[i], "--help") == 0) {
