@@ -261,10 +261,23 @@ static ray choose_ray(const test_scene *s, rng *r) {
     return out;
 }
 
-/* Some rays walk on from their own hit. */
-static void choose_rays(const test_scene *s, rng *r, ray *rays, hit *truth, size_t count) {
+/* Nearly as the leader goes, or just so; now and then not at all. */
+static ray follow(const test_scene *s, const ray *leader, rng *r) {
+    ray out = choose_ray(s, r);
+    if (rng_below(r, 8) == 0) return out;
+    vec3 d = leader->d;
+    float size = float_max(fabsf(d.x), float_max(fabsf(d.y), fabsf(d.z)));
+    out.o = leader->o;
+    out.d = rng_below(r, 4) ? vec3_add(d, rng_vec3(r, 0.03f * size)) : d;
+    if (rng_below(r, 4) == 0) out.o = vec3_add(out.o, rng_vec3(r, 0.01f));
+    return out;
+}
+
+/* Some rays walk on from their own hit. With followers, rays in a row go nearly the same way. */
+static void choose_rays(const test_scene *s, rng *r, ray *rays, hit *truth, size_t count,
+                        bool followers) {
     for (size_t i = 0; i < count; i++) {
-        rays[i] = choose_ray(s, r);
+        rays[i] = followers && i % 50 ? follow(s, &rays[i - i % 50], r) : choose_ray(s, r);
         truth[i] = plain_trace(s, &rays[i]);
         if (truth[i].instance == NO_ID || rng_below(r, 3)) continue;
         rays[i].after_t = truth[i].t;
@@ -325,7 +338,7 @@ static void attack(size_t scene, size_t batches) {
         }
     size_t wrong = 0, found = 0;
     for (size_t batch = 0; batch < batches; batch++) {
-        choose_rays(s, &r, rays, truth, BATCH);
+        choose_rays(s, &r, rays, truth, BATCH, batch % 2);
         for (size_t i = 0; i < BATCH; i++) found += truth[i].instance != NO_ID;
         for (size_t isa = 0; isa < COUNT_OF(isas); isa++) {
             if (!accel_has_isa(isas[isa])) continue;
@@ -507,6 +520,37 @@ static void counters_are_equal_between_runs_and_instruction_sets(void **state) {
     scene_destroy(s);
 }
 
+/* What goes the same way through a mesh goes together: a node counts once. */
+static void rays_that_go_the_same_way_go_together(void **state) {
+    (void)state;
+    enum { COUNT = 64 * 64 };
+    static ray rays[COUNT];
+    static hit hits[COUNT];
+    test_scene *s = scene_create();
+    scene_add_uv_sphere(s, 60, 60, 2, (dvec3){0, 0, 0});
+    scene_add_instance(s, 0, NULL);
+    accel *a = scene_build(s, 0, 0, NULL);
+    for (int i = 0; i < COUNT; i++) { /* tiles of 8 by 8 */
+        int x = i / 64 % 8 * 8 + i % 8, y = i / 512 * 8 + i % 64 / 8;
+        vec3 d = {0.02f * ((float)x - 31.5f), 0.02f * ((float)y - 31.5f), -1};
+        rays[i] = ray_make((vec3){0, 0, 5}, d, 0, INFINITY);
+    }
+    trace_counters alone = {0}, first = {0};
+    for (int i = 0; i < COUNT; i++) accel_trace(a, SNELL_ISA_SCALAR, &rays[i], &hits[i], 1, &alone);
+    for (size_t isa = 0; isa < COUNT_OF(isas); isa++) {
+        if (!accel_has_isa(isas[isa])) continue;
+        static hit together[COUNT];
+        trace_counters counters = {0};
+        accel_trace(a, isas[isa], rays, together, COUNT, &counters);
+        assert_memory_equal(together, hits, sizeof hits);
+        assert_true(counters.nodes < alone.nodes / 8);
+        if (isa == 0) first = counters;
+        assert_memory_equal(&counters, &first, sizeof first);
+    }
+    accel_destroy(a);
+    scene_destroy(s);
+}
+
 static void the_ceiling_on_instruction_sets_holds(void **state) {
     (void)state;
     assert_true(accel_has_isa(SNELL_ISA_SCALAR));
@@ -524,6 +568,7 @@ int main(void) {
         cmocka_unit_test(masks_hide_instances_and_skips_hide_flat_primitives),
         cmocka_unit_test(rays_that_are_no_rays_hit_nothing),
         cmocka_unit_test(counters_are_equal_between_runs_and_instruction_sets),
+        cmocka_unit_test(rays_that_go_the_same_way_go_together),
         cmocka_unit_test(the_ceiling_on_instruction_sets_holds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

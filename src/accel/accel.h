@@ -81,7 +81,8 @@ typedef struct accel_memory {
 } accel_memory;
 accel_memory accel_get_memory(const accel *a);
 
-/* boxes: eight to a node, also those of children that it lacks. */
+/* boxes: eight to a node, also those of children that it lacks. Of rays that go through a mesh together, a
+ * node counts once for all of them, a triangle for each. */
 typedef struct trace_counters {
     uint64_t nodes, boxes, triangles, primitives;
 } trace_counters;

@@ -32,6 +32,12 @@ static inline f8 f8_negate(f8 a) { return _mm256_xor_ps(_mm256_set1_ps(-0.0f), a
 static inline unsigned f8_signs(f8 a) { return (unsigned)_mm256_movemask_ps(a); }
 static inline f8 f8_select(f8 sign, f8 a, f8 b) { return _mm256_blendv_ps(a, b, sign); }
 
+static inline f8 f8_blend(unsigned lanes, f8 a, f8 b) {
+    __m256i bit = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+    __m256i has = _mm256_and_si256(_mm256_set1_epi32((int)lanes), bit);
+    return _mm256_blendv_ps(a, b, _mm256_castsi256_ps(_mm256_cmpeq_epi32(has, bit)));
+}
+
 static inline unsigned f8_least(f8 a, m8 lanes) {
     __m256i key = _mm256_or_si256(_mm256_and_si256(_mm256_castps_si256(a), _mm256_set1_epi32(~7)),
                                   _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));

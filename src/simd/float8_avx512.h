@@ -32,6 +32,10 @@ static inline f8 f8_negate(f8 a) { return _mm256_xor_ps(_mm256_set1_ps(-0.0f), a
 static inline unsigned f8_signs(f8 a) { return (unsigned)_mm256_movemask_ps(a); }
 static inline f8 f8_select(f8 sign, f8 a, f8 b) { return _mm256_blendv_ps(a, b, sign); }
 
+static inline f8 f8_blend(unsigned lanes, f8 a, f8 b) {
+    return _mm256_mask_blend_ps((m8)lanes, a, b);
+}
+
 static inline unsigned f8_least(f8 a, m8 lanes) {
     __m256i key =
         _mm256_mask_ternarylogic_epi32(_mm256_castps_si256(a), 0xff, _mm256_set1_epi32(~7),

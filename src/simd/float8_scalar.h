@@ -76,6 +76,11 @@ static inline f8 f8_select(f8 sign, f8 a, f8 b) {
     return a;
 }
 
+static inline f8 f8_blend(unsigned lanes, f8 a, f8 b) {
+    for (int i = 0; i < 8; i++) a.v[i] = lanes >> i & 1 ? b.v[i] : a.v[i];
+    return a;
+}
+
 static inline unsigned f8_least(f8 a, m8 lanes) {
     uint32_t least = ~0u;
     for (unsigned i = 0; i < 8; i++) {

@@ -1,16 +1,12 @@
 /* A ray made ready for the slab test, and a step down a tree of boxes. */
 
-/* A ray in one space. Rows of eight: as it stands in struct ray, minus that, and 1 over that. */
+/* A ray in one space. Rows of eight: as it stands in struct ray, and 1 over that. */
 typedef struct prepared {
     union {
         float row[8];
         struct {
             float o[3], t_min, d[3], t_max;
         };
-    };
-    union {
-        float negated[8];
-        float away[3]; /* -o */
     };
     union {
         float inverse[8];
@@ -46,7 +42,6 @@ static const uint32_t plane_offsets[8][8] = {
 /* o, t_min, d, t_max. False for a ray that hits nothing by definition: not finite, or of no direction. */
 INLINE bool prepare(prepared *p, f8 row) {
     f8_store(p->row, row);
-    f8_store(p->negated, f8_negate(row));
     f8_store(p->inverse, f8_div(f8_set(1), row));
     memcpy(p->offsets, plane_offsets[f8_signs(row) >> 4 & 7], sizeof plane_offsets[0]);
     unsigned finite = m8_bits(f8_less_equal(f8_abs(row), f8_set(FLT_MAX)));
@@ -67,8 +62,8 @@ INLINE bool test_box(const prepared *p, const bounds3 *box, float *entry) {
         float near_plane, far_plane;
         memcpy(&near_plane, planes + p->near[i] / BVH_WIDTH, sizeof(float));
         memcpy(&far_plane, planes + p->far[i] / BVH_WIDTH, sizeof(float));
-        low = float_max((p->away[i] + near_plane) * p->inv[i], low);
-        high = float_min((p->away[i] + far_plane) * p->inv[i], high);
+        low = float_max((near_plane - p->o[i]) * p->inv[i], low);
+        high = float_min((far_plane - p->o[i]) * p->inv[i], high);
     }
     *entry = low;
     return low <= float_min(p->t_max, high * BOX_EXIT_SCALE);
@@ -110,12 +105,12 @@ INLINE m8 test_children(const prepared *p, const float bounds[2][3][BVH_WIDTH], 
     f8 low = f8_set(p->t_min), high = f8_set(INFINITY);
     for (int i = 0; i < 3; i++) {
         f8 inv = f8_set(p->inv[i]);
-        f8 near_away = f8_set(margin ? p->away[i] - ahead(p, margin, i) : p->away[i]);
-        f8 far_away = margin ? f8_set(p->away[i] + ahead(p, margin, i)) : near_away;
+        f8 near_o = f8_set(margin ? p->o[i] + ahead(p, margin, i) : p->o[i]);
+        f8 far_o = margin ? f8_set(p->o[i] - ahead(p, margin, i)) : near_o;
         f8 near_plane = f8_load((const float *)(planes + p->near[i]));
         f8 far_plane = f8_load((const float *)(planes + p->far[i]));
-        low = f8_max(f8_mul(f8_add(near_away, near_plane), inv), low);
-        high = f8_min(f8_mul(f8_add(far_away, far_plane), inv), high);
+        low = f8_max(f8_mul(f8_sub(near_plane, near_o), inv), low);
+        high = f8_min(f8_mul(f8_sub(far_plane, far_o), inv), high);
     }
     *entry = low;
     return f8_less_equal(low, f8_min(f8_mul(high, f8_set(BOX_EXIT_SCALE)), f8_set(limit)));

@@ -4,13 +4,15 @@
  *     boxes.inl      a ray made ready; the slab test; a step down a tree
  *     triangles.inl  eight triangles: the watertight test
  *     walk.inl       one ray through everything: instances, groups, parts, meshes that deform
- *     turns.inl      many rays in turn through a mesh */
+ *     tiles.inl      64 rays made ready side by side, for a mesh
+ *     beams.inl      those of a tile that go the same way, together
+ *     turns.inl      the others in turn */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "accel/kernels/kernel.h"
-#include "simd/float8.h"
+#include "simd/float16.h"
 
 /* Under the sanitizers, whose checks multiply, the compiler would need minutes for one function. */
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -22,22 +24,55 @@
 #include "accel/kernels/boxes.inl"
 #include "accel/kernels/triangles.inl"
 #include "accel/kernels/walk.inl"
+
+#include "accel/kernels/tiles.inl"
+
+/* All rays of a call. */
+typedef struct batch {
+    const accel *a;
+    const frozen_instance *instance;
+    const ray *rays;
+    hit *hits;        /* of `any`: NULL */
+    uint8_t *blocked; /* else: NULL */
+    size_t next, count;
+    tile tile;           /* which ends at `next` .. */
+    uint64_t left;       /* .. and its rays that are still to be traced */
+    uint32_t beam_least; /* rays that a beam must have */
+    trace_counters counters;
+} batch;
+
+#include "accel/kernels/beams.inl"
 #include "accel/kernels/turns.inl"
+
+/* Nothing but a mesh that stands as it was given. */
+INLINE bool is_one_mesh(const accel *a) {
+    const frozen_level *world = &a->world;
+    return world->instance_count == 1 && world->instances[0].mesh != NULL &&
+           world->instances[0].identity;
+}
+
+static void trace_batch(batch *b) {
+    if (is_one_mesh(b->a)) {
+        trace_turns(b);
+        return;
+    }
+    query q = {0};
+    for (size_t i = 0; i < b->count; i++) {
+        start_query(&q, &b->rays[i]);
+        bool found = b->hits ? trace_world(&q, b->a, &b->rays[i], false)
+                             : trace_world(&q, b->a, &b->rays[i], true);
+        if (b->hits)
+            b->hits[i] = found_hit(&q);
+        else
+            b->blocked[i] = found;
+    }
+    add_counters(&b->counters, &q.counters);
+}
 
 static void trace_rays(const accel *a, const ray *rays, hit *hits, size_t count,
                        trace_counters *counters) {
     batch b = {.a = a, .instance = a->world.instances, .rays = rays, .hits = hits, .count = count};
-    if (is_one_mesh(a)) {
-        trace_turns(&b);
-    } else {
-        query q = {0};
-        for (size_t i = 0; i < count; i++) {
-            start_query(&q, &rays[i]);
-            trace_world(&q, a, &rays[i], false);
-            hits[i] = found_hit(&q);
-        }
-        add_counters(&b.counters, &q.counters);
-    }
+    trace_batch(&b);
     if (counters) add_counters(counters, &b.counters);
 }
 
@@ -45,16 +80,7 @@ static void occlude_rays(const accel *a, const ray *rays, uint8_t *blocked, size
                          trace_counters *counters) {
     batch b = {
         .a = a, .instance = a->world.instances, .rays = rays, .blocked = blocked, .count = count};
-    if (is_one_mesh(a)) {
-        trace_turns(&b);
-    } else {
-        query q = {0};
-        for (size_t i = 0; i < count; i++) {
-            start_query(&q, &rays[i]);
-            blocked[i] = trace_world(&q, a, &rays[i], true);
-        }
-        add_counters(&b.counters, &q.counters);
-    }
+    trace_batch(&b);
     if (counters) add_counters(counters, &b.counters);
 }
 

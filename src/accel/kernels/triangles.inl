@@ -8,12 +8,17 @@ typedef struct shear {
     uint32_t k[3];       /* k[2] is the axis of the largest |d| */
 } shear;
 
+/* By the axis of the largest |d|. */
+static const uint8_t shear_axes[3][3] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
+
 INLINE void make_shear(shear *s, const prepared *p) {
     float ax = fabsf(p->d[0]), ay = fabsf(p->d[1]), az = fabsf(p->d[2]);
     uint32_t kz = ax > ay ? (ax > az ? 0 : 2) : (ay > az ? 1 : 2);
-    uint32_t kx = kz == 2 ? 0 : kz + 1, ky = kx == 2 ? 0 : kx + 1;
-    s->k[0] = kx, s->k[1] = ky, s->k[2] = kz;
-    for (int i = 0; i < 3; i++) s->o[i] = p->o[s->k[i]];
+    uint32_t kx = shear_axes[kz][0], ky = shear_axes[kz][1];
+    for (int i = 0; i < 3; i++) {
+        s->k[i] = shear_axes[kz][i];
+        s->o[i] = p->o[s->k[i]];
+    }
     s->x = p->d[kx] / p->d[kz];
     s->y = p->d[ky] / p->d[kz];
     s->z = p->inv[kz];
@@ -85,13 +90,13 @@ INLINE void cross_own_boxes(const prepared *p, const float *margin, const triang
         f8 v0 = f8_load(b->vertex[0][i]), v1 = f8_load(b->vertex[1][i]),
            v2 = f8_load(b->vertex[2][i]);
         f8 least = f8_min(f8_min(v0, v1), v2), most = f8_max(f8_max(v0, v1), v2);
-        f8 inv = f8_set(p->inv[i]), near_away = f8_set(p->away[i]), far_away = near_away;
+        f8 inv = f8_set(p->inv[i]), near_o = f8_set(p->o[i]), far_o = near_o;
         if (margin) {
-            near_away = f8_set(p->away[i] - ahead(p, margin, i));
-            far_away = f8_set(p->away[i] + ahead(p, margin, i));
+            near_o = f8_set(p->o[i] + ahead(p, margin, i));
+            far_o = f8_set(p->o[i] - ahead(p, margin, i));
         }
-        low = f8_max(f8_mul(f8_add(near_away, f8_select(inv, least, most)), inv), low);
-        high = f8_min(f8_mul(f8_add(far_away, f8_select(inv, most, least)), inv), high);
+        low = f8_max(f8_mul(f8_sub(f8_select(inv, least, most), near_o), inv), low);
+        high = f8_min(f8_mul(f8_sub(f8_select(inv, most, least), far_o), inv), high);
     }
     *enter = low;
     *leave = f8_mul(high, f8_set(BOX_EXIT_SCALE));

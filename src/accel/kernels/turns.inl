@@ -27,17 +27,6 @@ typedef struct queue_counts {
     uint32_t nodes, blocks, ends;
 } queue_counts;
 
-/* All rays of a call. */
-typedef struct batch {
-    const accel *a;
-    const frozen_instance *instance;
-    const ray *rays;
-    hit *hits;        /* of `any`: NULL */
-    uint8_t *blocked; /* else: NULL */
-    size_t next, count;
-    trace_counters counters;
-} batch;
-
 INLINE void enqueue(queue *to, queue_counts *n, turn *t, uint32_t next) {
     uint32_t leaf = next >> 31, end = next == STACK_END;
     t->next = next;
@@ -100,29 +89,50 @@ INLINE void end_turn(batch *b, const query *q, size_t index, const bool any) {
         b->hits[index] = found_hit(q);
 }
 
+/* Makes the next rays of the batch ready, and traces those that need no turn. */
+static __attribute__((noinline)) void next_tile(batch *b, const bool any) {
+    tile *t = &b->tile;
+    size_t first = b->next, count = b->count - first < TILE ? b->count - first : TILE;
+    b->next += count;
+    load_tile(t, b->instance, b->rays + first, count);
+    query q = {0};
+    for (uint64_t rest = t->all & (~t->enter | t->far); rest != 0; rest &= rest - 1) {
+        size_t index = first + (size_t)__builtin_ctzll(rest);
+        start_query(&q, &b->rays[index]);
+        if (t->enter & rest & -rest && trace_world(&q, b->a, &b->rays[index], any))
+            q.best_instance = 0;
+        end_turn(b, &q, index, any);
+    }
+    add_counters(&b->counters, &q.counters);
+    b->left = trace_beams(b, t, t->enter & ~t->far, any);
+}
+
 /* Gives the turn the next ray that may meet the mesh. False: there is none. */
 INLINE bool start_turn(batch *b, turn *t, const bool any) {
-    const frozen_instance *in = b->instance;
-    while (b->next < b->count) {
-        size_t index = b->next++;
-        const ray *r = &b->rays[index];
-        float entry;
-        start_query(&t->q, r);
-        if ((in->mask & r->mask) && prepare(&t->p, f8_load((const float *)r)) &&
-            test_box(&t->p, &in->bounds, &entry)) {
-            if (is_near(&t->p, in->mesh)) {
-                t->index = index;
-                t->floor_t = float_max(entry, r->t_min);
-                t->next = in->mesh->root;
-                make_shear(&t->sheared, &t->p);
-                start_stack(&t->stack);
-                return true;
-            }
-            if (trace_world(&t->q, b->a, r, any)) t->q.best_instance = 0;
-        }
-        end_turn(b, &t->q, index, any);
+    while (b->left == 0) {
+        if (b->next == b->count) return false;
+        next_tile(b, any);
     }
-    return false;
+    const tile *from = &b->tile;
+    uint32_t i = (uint32_t)__builtin_ctzll(b->left);
+    b->left &= b->left - 1;
+    start_query(&t->q, &from->rays[i]);
+    t->index = (size_t)(&from->rays[i] - b->rays);
+    t->next = b->instance->mesh->root;
+    t->floor_t = from->floor_t[i];
+    f8_store(t->p.row, f8_load((const float *)&from->rays[i]));
+    uint32_t octant = 0;
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        octant |= (uint32_t)(from->back[axis] >> i & 1) << axis;
+        t->p.inv[axis] = from->inv[axis][i];
+        t->sheared.k[axis] = from->axes[i][axis];
+        t->sheared.o[axis] = from->o[from->axes[i][axis]][i];
+    }
+    t->sheared.x = from->shear[0][i], t->sheared.y = from->shear[1][i];
+    t->sheared.z = from->shear[2][i];
+    memcpy(t->p.offsets, plane_offsets[octant], sizeof plane_offsets[0]);
+    start_stack(&t->stack);
+    return true;
 }
 
 INLINE void take_turns(batch *b, turn turns[TURNS], const bool any) {
@@ -158,13 +168,6 @@ INLINE void take_turns(batch *b, turn turns[TURNS], const bool any) {
         n = left;
     }
     for (uint32_t i = 0; i < TURNS; i++) add_counters(&b->counters, &turns[i].q.counters);
-}
-
-/* Nothing but a mesh that stands as it was given. */
-INLINE bool is_one_mesh(const accel *a) {
-    const frozen_level *world = &a->world;
-    return world->instance_count == 1 && world->instances[0].mesh != NULL &&
-           world->instances[0].identity;
 }
 
 static __attribute__((noinline)) void trace_turns(batch *b) {

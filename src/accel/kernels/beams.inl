@@ -1,0 +1,441 @@
+/* Beams: rays of a tile that go nearly the same way, together through a mesh. A node is tested for all of them
+ * at once, by intervals: the least that any ray's entry may be, and the greatest that any exit may be. What
+ * passes is then tested ray by ray, by the operations that one ray alone goes through: so the hits are the
+ * same. */
+
+enum {
+    BEAM_LEAST = 6,   /* fewer rays are faster in turn */
+    FILTER_MOST = 10, /* more rays of a group are tested at once, triangle by triangle */
+    /* A beam pays if at a node at least BEAM_FULL of its rays are left, in the mean, and a quarter. If it did not,
+     * the next must have LEAST_MORE rays more than it had; from tile to tile LEAST_LESS fewer will do. A
+     * beam that has not two thirds of that after THIN_AFTER nodes is given up. */
+    BEAM_FULL = 5,
+    THIN_AFTER = 32,
+    LEAST_MORE = 28,
+    LEAST_LESS = 4
+};
+/* How much rays may differ: in direction, over the largest component; in origin, over the mesh's size. */
+#define BEAM_TURN 0.2f
+#define BEAM_SHIFT 0.1f
+
+typedef struct beam {
+    const tile *tile;
+    float best_t[TILE], best_u[TILE], best_v[TILE];
+    uint32_t primitive[TILE], skip[TILE];
+    uint64_t alive; /* rays that may still meet something; of `any`: that have met nothing */
+    uint64_t met;   /* of `any` */
+    uint32_t near[3], far[3], axes[3];
+    float limit; /* the greatest best_t */
+    /* Which origin makes the entry the least and the exit the greatest, .. */
+    float least_t, entry_o[3], exit_o[3], inv_low[3], inv_high[3];
+    trace_counters counters;
+    uint64_t visits; /* of nodes, by each ray */
+} beam;
+
+/* Of all groups, lanes in which |a - a[first]| <= most. */
+INLINE uint64_t find_near(const float a[TILE], uint32_t first, float most) {
+    uint64_t near = 0;
+    for (uint32_t at = 0; at < TILE; at += GROUP)
+        near |= (uint64_t)f16_less_equal(f16_abs(f16_sub(f16_load(a + at), f16_set(a[first]))),
+                                         f16_set(most))
+                << at;
+    return near;
+}
+
+/* The least and the greatest of those rays. */
+INLINE void find_range(const float a[TILE], uint64_t rays, float *least, float *most) {
+    f16 low = f16_set(INFINITY), high = f16_set(-INFINITY);
+    for (uint32_t at = 0; at < TILE; at += GROUP) {
+        f16 value = f16_load(a + at);
+        low = f16_min(low, f16_blend(LANES(rays, at), f16_set(INFINITY), value));
+        high = f16_max(high, f16_blend(LANES(rays, at), f16_set(-INFINITY), value));
+    }
+    *least = f16_least(low);
+    *most = f16_most(high);
+}
+
+INLINE void find_limit(beam *k) {
+    f16 most = f16_set(-INFINITY);
+    for (uint32_t at = 0; at < TILE; at += GROUP)
+        most = f16_max(
+            most, f16_blend(LANES(k->alive, at), f16_set(-INFINITY), f16_load(k->best_t + at)));
+    k->limit = f16_most(most);
+}
+
+/* Those that go as the first of `rays` does. */
+INLINE uint64_t find_beam(const tile *t, uint64_t rays, float size) {
+    uint32_t first = (uint32_t)__builtin_ctzll(rays);
+    for (int i = 0; i < 3; i++) {
+        rays &= t->back[i] >> first & 1 ? t->back[i] : ~t->back[i];
+        if (t->dominated[i] >> first & 1) rays &= t->dominated[i];
+    }
+    if (count_bits(rays) < BEAM_LEAST) return rays;
+    for (int i = 0; i < 3; i++) rays &= find_near(t->o[i], first, BEAM_SHIFT * size);
+    for (int i = 0; i < 2; i++) rays &= find_near(t->shear[i], first, BEAM_TURN);
+    return rays;
+}
+
+INLINE void make_beam(beam *k, const tile *t, uint64_t rays) {
+    uint32_t first = (uint32_t)__builtin_ctzll(rays), octant = 0;
+    for (uint32_t i = 0; i < 3; i++) octant |= (uint32_t)(t->back[i] >> first & 1) << i;
+    k->tile = t;
+    k->alive = rays;
+    k->met = k->visits = 0;
+    k->counters = (trace_counters){0};
+    memcpy(k->near, plane_offsets[octant], sizeof k->near);
+    memcpy(k->far, plane_offsets[octant] + 4, sizeof k->far);
+    float unused;
+    find_range(t->t_min, rays, &k->least_t, &unused);
+    for (int i = 0; i < 3; i++) {
+        float low, high;
+        k->axes[i] = t->axes[first][i];
+        find_range(t->o[i], rays, &low, &high);
+        find_range(t->inv[i], rays, &k->inv_low[i], &k->inv_high[i]);
+        bool back = octant >> i & 1;
+        k->entry_o[i] = back ? low : high;
+        k->exit_o[i] = back ? high : low;
+    }
+    for (uint32_t at = 0; at < TILE; at += GROUP) {
+        f16_store(k->best_t + at, f16_load(t->t_max + at));
+        f16_store(k->best_u + at, f16_set(0));
+        f16_store(k->best_v + at, f16_set(0));
+        u16_store_lanes(k->primitive + at, NO_ID, 0xffff);
+        u16_store_lanes(k->skip + at, NO_ID, 0xffff);
+    }
+    for (; rays != 0; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        if (t->rays[i].skip_instance == 0) k->skip[i] = t->rays[i].skip_primitive;
+    }
+    find_limit(k);
+}
+
+/* ---- boxes ---- */
+
+/* Lanes of the group that pass the box of a child, nearer than what they have; its planes stand from
+ * `planes` on as in a node. */
+INLINE uint32_t cross_box(const beam *k, uint32_t at, const char *planes) {
+    const tile *t = k->tile;
+    f16 low = f16_load(t->t_min + at), high = f16_set(INFINITY);
+    for (int i = 0; i < 3; i++) {
+        float near, far;
+        memcpy(&near, planes + k->near[i], sizeof near);
+        memcpy(&far, planes + k->far[i], sizeof far);
+        f16 o = f16_load(t->o[i] + at), inv = f16_load(t->inv[i] + at);
+        low = f16_max(f16_mul(f16_sub(f16_set(near), o), inv), low);
+        high = f16_min(f16_mul(f16_sub(f16_set(far), o), inv), high);
+    }
+    return f16_less_equal(
+        low, f16_min(f16_load(k->best_t + at), f16_mul(high, f16_set(BOX_EXIT_SCALE))));
+}
+
+INLINE uint64_t cross_child(const beam *k, const bvh_node *node, unsigned child, uint64_t rays) {
+    const char *planes = (const char *)&node->bounds[0][0][child];
+    uint64_t passed = 0;
+    for (uint32_t at = 0; at < TILE; at += GROUP)
+        if (LANES(rays, at)) passed |= (uint64_t)cross_box(k, at, planes) << at;
+    return passed & rays;
+}
+
+/* Boxes that any ray may pass, and where none enters them before. */
+INLINE m8 test_boxes(const beam *k, const f8 low[3], const f8 high[3], f8 *entry) {
+    f8 enter = f8_set(k->least_t), leave = f8_set(INFINITY);
+    for (int i = 0; i < 3; i++) {
+        f8 inv_low = f8_set(k->inv_low[i]), inv_high = f8_set(k->inv_high[i]);
+        f8 in = f8_sub(f8_select(inv_low, low[i], high[i]), f8_set(k->entry_o[i]));
+        f8 out = f8_sub(f8_select(inv_low, high[i], low[i]), f8_set(k->exit_o[i]));
+        enter = f8_max(f8_min(f8_mul(in, inv_low), f8_mul(in, inv_high)), enter);
+        leave = f8_min(f8_max(f8_mul(out, inv_low), f8_mul(out, inv_high)), leave);
+    }
+    *entry = enter;
+    return f8_less_equal(enter, f8_min(f8_mul(leave, f8_set(BOX_EXIT_SCALE)), f8_set(k->limit)));
+}
+
+INLINE m8 test_node(const beam *k, const bvh_node *node, f8 *entry) {
+    f8 low[3], high[3];
+    for (int i = 0; i < 3; i++)
+        low[i] = f8_load(node->bounds[0][i]), high[i] = f8_load(node->bounds[1][i]);
+    return test_boxes(k, low, high, entry);
+}
+
+/* Triangles whose boxes, made wider than by any ray's margin, some ray may pass. */
+INLINE unsigned test_block_boxes(const beam *k, const bvh_tree *mesh, const triangle_block *b) {
+    f8 low[3], high[3], entry, margin = f8_set(2 * mesh->margin);
+    for (int i = 0; i < 3; i++) {
+        f8 v0 = f8_load(b->vertex[0][i]), v1 = f8_load(b->vertex[1][i]),
+           v2 = f8_load(b->vertex[2][i]);
+        low[i] = f8_sub(f8_min(f8_min(v0, v1), v2), margin);
+        high[i] = f8_add(f8_max(f8_max(v0, v1), v2), margin);
+    }
+    return m8_bits(test_boxes(k, low, high, &entry));
+}
+
+/* ---- triangles ---- */
+
+/* Sheared vertices and edge functions of sixteen pairs of a triangle and a ray, as in test_triangles.
+ * Returns the pairs whose lines pass beside. */
+typedef struct edges {
+    f16 z[3], u, v, w;
+} edges;
+
+INLINE uint32_t find_edges(f16 vertex[3][3], f16 o[3], f16 shear_x, f16 shear_y, edges *e) {
+    f16 x[3], y[3];
+    for (int i = 0; i < 3; i++) {
+        e->z[i] = f16_sub(vertex[i][2], o[2]);
+        x[i] = f16_sub(f16_sub(vertex[i][0], o[0]), f16_mul(shear_x, e->z[i]));
+        y[i] = f16_sub(f16_sub(vertex[i][1], o[1]), f16_mul(shear_y, e->z[i]));
+    }
+    e->u = f16_sub(f16_mul(x[2], y[1]), f16_mul(y[2], x[1]));
+    e->v = f16_sub(f16_mul(x[0], y[2]), f16_mul(y[0], x[2]));
+    e->w = f16_sub(f16_mul(x[1], y[0]), f16_mul(y[1], x[0]));
+    const f16 zero = f16_set(0);
+    return f16_less(f16_min(f16_min(e->u, e->v), e->w), zero) &
+           f16_less(zero, f16_max(f16_max(e->u, e->v), e->w));
+}
+
+/* Of each triangle, the lanes of the group that do not pass beside, by two rays at a time. */
+INLINE void filter_rays(const beam *k, const triangle_block *b, uint32_t at, uint32_t lanes,
+                        uint32_t masks[BVH_WIDTH]) {
+    const tile *t = k->tile;
+    uint8_t triangles[GROUP] = {0};
+    f16 vertex[3][3];
+    for (int a = 0; a < 3; a++)
+        for (int v = 0; v < 3; v++) vertex[v][a] = f16_twice(b->vertex[v][k->axes[a]]);
+    while (lanes != 0) {
+        uint32_t rest = lanes & (lanes - 1), i = (uint32_t)__builtin_ctz(lanes);
+        uint32_t j = rest ? (uint32_t)__builtin_ctz(rest) : i, one = at + i, two = at + j;
+        f16 o[3];
+        for (int a = 0; a < 3; a++) o[a] = f16_pair(t->o[k->axes[a]][one], t->o[k->axes[a]][two]);
+        edges e;
+        uint32_t apart = find_edges(vertex, o, f16_pair(t->shear[0][one], t->shear[0][two]),
+                                    f16_pair(t->shear[1][one], t->shear[1][two]), &e);
+        triangles[i] = (uint8_t)~apart;
+        triangles[j] = (uint8_t)(~apart >> 8);
+        lanes = rest & (rest - 1);
+    }
+    transpose_bits(triangles, masks);
+}
+
+/* What is not plain: solved in double, or with a box that only its margin lets pass. */
+static __attribute__((noinline)) bool meet_alone(beam *k, const bvh_tree *mesh,
+                                                 const triangle_block *b, uint32_t triangle,
+                                                 uint32_t lane, const bool any) {
+    query q = {0};
+    prepared p;
+    shear s;
+    candidates found;
+    start_query(&q, &k->tile->rays[lane]);
+    q.best_t = k->best_t[lane], q.best_u = k->best_u[lane], q.best_v = k->best_v[lane];
+    q.best_primitive = k->primitive[lane];
+    q.best_instance = q.best_primitive == NO_ID ? NO_ID : 0;
+    prepare(&p, f8_load((const float *)q.ray));
+    make_shear(&s, &p);
+    unsigned lanes = test_triangles(&s, b, q.best_t, &found) & (1u << triangle);
+    if (lanes == 0) return false;
+    if (accept_triangles(&q, &p, mesh, &s, b, &found, lanes, 0, k->tile->floor_t[lane], any))
+        return true;
+    k->best_t[lane] = q.best_t, k->best_u[lane] = q.best_u, k->best_v[lane] = q.best_v;
+    k->primitive[lane] = q.best_primitive;
+    return false;
+}
+
+/* The triangle's own box, as it is. */
+INLINE uint32_t cross_own_box(const beam *k, const triangle_block *b, uint32_t triangle,
+                              uint32_t at, f16 *enter) {
+    const tile *t = k->tile;
+    f16 leave = f16_set(INFINITY);
+    *enter = f16_load(t->t_min + at);
+    for (int i = 0; i < 3; i++) {
+        float v0 = b->vertex[0][i][triangle], v1 = b->vertex[1][i][triangle],
+              v2 = b->vertex[2][i][triangle];
+        float low = float_min(float_min(v0, v1), v2), high = float_max(float_max(v0, v1), v2);
+        bool back = k->near[i] > k->far[i];
+        f16 o = f16_load(t->o[i] + at), inv = f16_load(t->inv[i] + at);
+        *enter = f16_max(f16_mul(f16_sub(f16_set(back ? high : low), o), inv), *enter);
+        leave = f16_min(f16_mul(f16_sub(f16_set(back ? low : high), o), inv), leave);
+    }
+    return f16_less_equal(
+        *enter, f16_min(f16_load(t->t_max + at), f16_mul(leave, f16_set(BOX_EXIT_SCALE))));
+}
+
+/* One triangle and the rays in `lanes` of a group, by test_triangles and accept_triangles. What was met: of `any`, lanes; else whether there may be a nearer hit. */
+INLINE uint32_t meet_triangle(beam *k, const bvh_tree *mesh, const triangle_block *b,
+                              uint32_t triangle, uint32_t at, uint32_t lanes, const bool any) {
+    const tile *t = k->tile;
+    const f16 zero = f16_set(0), iz = f16_load(t->shear[2] + at);
+    f16 o[3], vertex[3][3];
+    for (int a = 0; a < 3; a++) {
+        o[a] = f16_load(t->o[k->axes[a]] + at);
+        for (int v = 0; v < 3; v++) vertex[v][a] = f16_set(b->vertex[v][k->axes[a]][triangle]);
+    }
+    edges e;
+    lanes &= ~find_edges(vertex, o, f16_load(t->shear[0] + at), f16_load(t->shear[1] + at), &e);
+    if (lanes == 0) return 0;
+    f16 det = f16_add(f16_add(e.u, e.v), e.w), size = f16_abs(det);
+    uint32_t edge = f16_equal(e.u, zero) | f16_equal(e.v, zero) | f16_equal(e.w, zero);
+    uint32_t sound = f16_less(f16_set(1e-30f), size) & f16_less(size, f16_set(1e30f));
+    f16 sum = f16_add(f16_add(f16_mul(e.u, f16_mul(iz, e.z[0])), f16_mul(e.v, f16_mul(iz, e.z[1]))),
+                      f16_mul(e.w, f16_mul(iz, e.z[2])));
+    f16 met = f16_div(sum, det), best = f16_load(k->best_t + at), enter;
+    uint32_t hard = lanes & (edge | ~sound);
+    lanes &= f16_less_equal(met, best) & ~hard;
+    if ((lanes | hard) == 0) return 0;
+
+    uint32_t passed = cross_own_box(k, b, triangle, at, &enter);
+    hard |= lanes & ~passed;
+    f16 clamped = f16_max(f16_load(t->floor_t + at), f16_max(enter, met));
+    lanes &= passed & f16_less_equal(f16_abs(met), f16_set(FLT_MAX)) &
+             f16_less(f16_load(t->t_min + at), clamped) &
+             f16_less(clamped, f16_load(t->t_max + at)) & f16_less_equal(clamped, best);
+    uint32_t number = b->primitive[triangle];
+    lanes &= ~u16_equal(k->skip + at, number); /* the flat surface that it leaves */
+    if (!any && lanes != 0) {
+        for (uint32_t i = lanes & f16_equal(clamped, best); i != 0; i &= i - 1)
+            if (k->primitive[at + (uint32_t)__builtin_ctz(i)] <= number) lanes &= ~(i & -i);
+        f16_store(k->best_t + at, f16_blend(lanes, best, clamped));
+        f16_store_lanes(k->best_u + at, f16_div(e.v, det), lanes);
+        f16_store_lanes(k->best_v + at, f16_div(e.w, det), lanes);
+        u16_store_lanes(k->primitive + at, number, lanes);
+    }
+    for (; __builtin_expect(hard != 0, 0); hard &= hard - 1) {
+        uint32_t lane = (uint32_t)__builtin_ctz(hard);
+        if (meet_alone(k, mesh, b, triangle, at + lane, any) || !any) lanes |= 1u << lane;
+    }
+    return lanes;
+}
+
+/* The rays that meet a triangle of the block, or may. */
+INLINE uint64_t meet_block(beam *k, const bvh_tree *mesh, const triangle_block *b,
+                           unsigned triangles, uint64_t rays, const bool any) {
+    uint64_t met = 0;
+    for (uint32_t at = 0; at < TILE; at += GROUP) {
+        uint32_t lanes = LANES(rays, at), count = (uint32_t)__builtin_popcount(lanes);
+        if (lanes == 0) continue;
+        k->counters.triangles += count * (uint32_t)__builtin_popcount(triangles);
+        uint32_t wanted[BVH_WIDTH];
+        bool filtered = count <= FILTER_MOST;
+        if (filtered) filter_rays(k, b, at, lanes, wanted);
+        for (unsigned i = triangles; i != 0; i &= i - 1) {
+            unsigned triangle = (unsigned)__builtin_ctz(i);
+            uint32_t asked = filtered ? wanted[triangle] & lanes : lanes;
+            if (asked == 0) continue;
+            uint32_t found = meet_triangle(k, mesh, b, triangle, at, asked, any);
+            if (any) lanes &= ~found;
+            met |= (uint64_t)found << at;
+        }
+    }
+    return met;
+}
+
+/* ---- the walk ---- */
+
+typedef struct beam_stack {
+    walk_stack walk;
+    uint64_t rays[BVH_STACK_SIZE + BVH_WIDTH + 1]; /* that pass it, or may */
+} beam_stack;
+
+/* What will be read soon, by many rays. */
+INLINE void fetch(const bvh_tree *mesh, uint32_t reference) {
+    const char *at = reference & BVH_LEAF ? (const char *)&mesh->blocks[reference & BVH_INDEX_MASK]
+                                          : (const char *)&mesh->nodes[reference];
+    for (int i = 0; i < 5; i++) __builtin_prefetch(at + 64 * i);
+}
+
+INLINE void push(beam_stack *s, float entry, uint32_t reference, uint64_t rays) {
+    uint32_t i = s->walk.count++;
+    s->walk.entries[i] = entry;
+    s->walk.references[i] = reference;
+    s->rays[i] = rays;
+}
+
+/* The children that rays pass go onto the stack, the nearest last. */
+INLINE void step_beam(const beam *k, const bvh_tree *mesh, const bvh_node *node, uint64_t rays,
+                      beam_stack *s) {
+    f8 entry;
+    float entries[BVH_WIDTH];
+    m8 passed = test_node(k, node, &entry);
+    unsigned lanes = m8_bits(passed), nearest = f8_least(entry, passed);
+    if (lanes == 0) return;
+    for (unsigned i = lanes; i != 0; i &= i - 1) fetch(mesh, node->child[__builtin_ctz(i)]);
+    f8_store(entries, entry);
+    for (unsigned i = lanes & ~(1u << nearest); i != 0; i &= i - 1) {
+        unsigned child = (unsigned)__builtin_ctz(i);
+        uint64_t through = cross_child(k, node, child, rays);
+        if (through != 0) push(s, entries[child], node->child[child], through);
+    }
+    uint64_t through = cross_child(k, node, nearest, rays);
+    if (through != 0) push(s, entries[nearest], node->child[nearest], through);
+}
+
+/* How many rays should be left at a node. */
+INLINE uint32_t full_of(uint32_t rays) { return rays > 4 * BEAM_FULL ? rays / 4 : BEAM_FULL; }
+
+/* False: given up. */
+INLINE bool walk_beam(beam *k, const bvh_tree *mesh, const bool any) {
+    beam_stack s;
+    s.walk.count = 0;
+    push(&s, k->least_t, mesh->root, k->alive);
+    uint64_t full = full_of(count_bits(k->alive));
+    while (s.walk.count > 0) {
+        uint32_t reference = pop(&s.walk);
+        uint64_t rays = s.rays[s.walk.count] & k->alive;
+        if (rays == 0 || s.walk.entries[s.walk.count] > k->limit) continue;
+        if (!(reference & BVH_LEAF)) {
+            k->counters.nodes++;
+            k->visits += count_bits(rays);
+            if (k->counters.nodes > THIN_AFTER && 3 * k->visits < 2 * full * k->counters.nodes)
+                return false;
+            step_beam(k, mesh, &mesh->nodes[reference], rays, &s);
+            continue;
+        }
+        const triangle_block *block = &mesh->blocks[reference & BVH_INDEX_MASK];
+        uint32_t count = (reference >> BVH_COUNT_SHIFT & 7) + 1;
+        unsigned triangles = test_block_boxes(k, mesh, block) & ((1u << count) - 1);
+        if (triangles == 0) continue;
+        uint64_t met = meet_block(k, mesh, block, triangles, rays, any);
+        if (met == 0) continue;
+        if (!any)
+            find_limit(k);
+        else {
+            k->met |= met;
+            if ((k->alive &= ~met) == 0) break;
+        }
+    }
+    return true;
+}
+
+/* Traces the beams among `rays`. Returns those that are still to be traced. */
+static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, uint64_t rays,
+                                                      const bool any) {
+    const bvh_tree *mesh = b->instance->mesh;
+    float size = float_max(
+        float_max(mesh->bounds.max.x - mesh->bounds.min.x, mesh->bounds.max.y - mesh->bounds.min.y),
+        mesh->bounds.max.z - mesh->bounds.min.z);
+    size_t first = (size_t)(t->rays - b->rays);
+    uint64_t tried = rays & t->plain;
+    b->beam_least =
+        b->beam_least > BEAM_LEAST + LEAST_LESS ? b->beam_least - LEAST_LESS : BEAM_LEAST;
+    for (int tries = 0; tries < 4 && count_bits(tried) >= b->beam_least; tries++) {
+        uint64_t alike = find_beam(t, tried, size);
+        uint32_t count = count_bits(alike);
+        tried &= ~alike;
+        if (count < b->beam_least) continue;
+        beam k;
+        make_beam(&k, t, alike);
+        bool done = walk_beam(&k, mesh, any);
+        add_counters(&b->counters, &k.counters);
+        if (k.visits < full_of(count) * k.counters.nodes) b->beam_least = count + LEAST_MORE;
+        if (!done) return rays;
+        rays &= ~alike;
+        for (; alike != 0; alike &= alike - 1) {
+            uint32_t i = (uint32_t)__builtin_ctzll(alike);
+            if (any)
+                b->blocked[first + i] = k.met >> i & 1;
+            else
+                b->hits[first + i] =
+                    k.primitive[i] == NO_ID
+                        ? (hit){INFINITY, 0, 0, NO_ID, NO_ID}
+                        : (hit){k.best_t[i], k.best_u[i], k.best_v[i], k.primitive[i], 0};
+        }
+    }
+    return rays;
+}
