@@ -74,6 +74,31 @@ static void make_far_sphere_mesh(test_scene *s, rng *r) {
     scene_add_instance(s, 1, NULL);
 }
 
+/* One mesh, whose every triangle is there twice: a flat grid and others any way. */
+static void make_double_faces(test_scene *s, rng *r) {
+    enum { OTHERS = 40, ALL = 32 + OTHERS };
+    mesh_desc *mesh = scene_add_mesh(s, 25 + 3 * OTHERS, 2 * ALL);
+    fill_grid(mesh, 4);
+    vec3 *p = mesh_positions(mesh);
+    uint32_t *index = mesh_indices(mesh);
+    for (uint32_t i = 0; i < OTHERS; i++) {
+        vec3 middle = vec3_add((vec3){2, 0, 2}, rng_vec3(r, 2));
+        for (uint32_t k = 0; k < 3; k++) {
+            p[25 + 3 * i + k] = vec3_add(middle, rng_vec3(r, 0.7));
+            index[96 + 3 * i + k] = 25 + 3 * i + k;
+        }
+    }
+    memcpy(index + 3 * ALL, index, 3 * ALL * sizeof *index);
+    scene_add_instance(s, 0, NULL);
+}
+
+/* Far off: what boxes are wider by, and what t is rounded to, is as much as a triangle. */
+static void make_far_mesh(test_scene *s, rng *r) {
+    (void)r;
+    scene_add_uv_sphere(s, 24, 24, 0.4, (dvec3){148376, 1234, -223423});
+    scene_add_instance(s, 0, NULL);
+}
+
 /* Cubes of triangles under any transforms: turned, sheared, mirrored, twice in the same place. */
 static void make_instances(test_scene *s, rng *r) {
     mesh_desc *mesh = scene_add_mesh(s, 8, 12);
@@ -181,6 +206,8 @@ static const struct {
     void (*make)(test_scene *s, rng *r);
 } scenes[] = {{"flat grid", make_flat_grid},
               {"slivers", make_slivers},
+              {"double faces", make_double_faces},
+              {"far mesh", make_far_mesh},
               {"far sphere mesh", make_far_sphere_mesh},
               {"instances", make_instances},
               {"far spheres", make_far_spheres},
@@ -268,8 +295,8 @@ static ray follow(const test_scene *s, const ray *leader, rng *r) {
     vec3 d = leader->d;
     float size = float_max(fabsf(d.x), float_max(fabsf(d.y), fabsf(d.z)));
     out.o = leader->o;
-    out.d = rng_below(r, 4) ? vec3_add(d, rng_vec3(r, 0.03f * size)) : d;
-    if (rng_below(r, 4) == 0) out.o = vec3_add(out.o, rng_vec3(r, 0.01f));
+    out.d = rng_below(r, 4) ? vec3_add(d, rng_vec3(r, 0.03 * (double)size)) : d;
+    if (rng_below(r, 4) == 0) out.o = vec3_add(out.o, rng_vec3(r, 0.01));
     return out;
 }
 
