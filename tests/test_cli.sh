@@ -34,7 +34,7 @@ absent() { [ ! -e "$1" ] || fail "there is a $1"; }
 
 # ---- one table: help, manual and completion say the same as the parser --------------------------
 table() {
-    local commands="render explain info compare convert example help"
+    local commands="render explain info compare convert bench example help"
     local command name letter metavar alias
     run 0 help --options
     cp out options
@@ -489,7 +489,7 @@ texts() {
         cmp -s out "$source_folder/scenes/$name.lua" || fail "example $name is not scenes/$name.lua"
     done
     for topic in formats scene materials lights shapes cameras textures integrators tonemaps exit \
-        environment render explain info compare convert example help dielectric sphere point perspective lambert; do
+        environment render explain info compare convert bench example help dielectric sphere point perspective lambert; do
         run 0 help $topic
         lines err 0
         [ "$(wc -l <out)" -ge 3 ] || fail "help $topic is short"

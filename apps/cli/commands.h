@@ -8,6 +8,7 @@
 
 int render_command(const options *o);
 int explain_command(const options *o);
+int bench_command(const options *o);
 int info_command(const options *o);
 int compare_command(const options *o);
 int convert_command(const options *o);

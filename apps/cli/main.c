@@ -17,6 +17,7 @@ static int dispatch(const options *o) {
     switch (o->command->bit) {
     case CMD_RENDER: return render_command(o);
     case CMD_EXPLAIN: return explain_command(o);
+    case CMD_BENCH: return bench_command(o);
     case CMD_INFO: return info_command(o);
     case CMD_COMPARE: return compare_command(o);
     case CMD_CONVERT: return convert_command(o);

@@ -138,6 +138,8 @@ const option_info option_table[] = {
     {OPT_VARIANCE_COUNT, "variance-count", 0, "N", "many",
      "of how many values each variance is an estimate", MEASURES, CMD_COMPARE, 0, NULL, false},
 
+    {OPT_ROUNDS, "rounds", 0, "N", "5, none after 60 s", "how often the picture is made", MEASURES,
+     CMD_BENCH, 0, NULL, false},
     {OPT_THREADS, "threads", 't', "N", "the CPUs this process may use, cgroup limit included", "",
      MACHINE, CMD_PICTURE | CMD_INFO | CMD_COMPARE, 0, NULL, false},
     {OPT_MEMORY, "memory", 0, "SIZE", NULL, "stop with exit 6 before using more, such as 8G",
@@ -152,9 +154,11 @@ const option_info option_table[] = {
      CMD_PICTURE | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
 
     {OPT_MAN, "man", 0, "PAGE", NULL,
-     "a manual page in roff: snell, render, explain, info, compare, convert, example, help or "
+     "a manual page in roff: snell, render, explain, info, compare, convert, bench, example, help "
+     "or "
      "scene",
-     TEXTS, CMD_HELP, 0, "snell|render|explain|info|compare|convert|example|help|scene", false},
+     TEXTS, CMD_HELP, 0, "snell|render|explain|info|compare|convert|bench|example|help|scene",
+     false},
     {OPT_COMPLETION, "completion", 0, "SHELL", NULL, "a completion script: bash, zsh or fish",
      TEXTS, CMD_HELP, 0, "bash|zsh|fish", false},
     {OPT_LIST, "options", 0, NULL, NULL, "every option of every command, one a line", TEXTS,
@@ -238,6 +242,19 @@ const command_info command_table[] = {
      "snell convert glass.exr glass.png --exposure 1.5 --tonemap neutral\n"
      "snell convert render.exr depth.png --layer depth --exposure -3\n"
      "snell render my.lua -o - --format exr | snell convert - my.png"},
+    {CMD_BENCH, "bench", "[FILE]", "where the time goes; without FILE, this machine's score",
+     "say where the time of a picture goes\n"
+     "FILE is made into a picture several times, with the options that 'snell render' takes; "
+     "nothing is "
+     "written. The table tells seconds by phase, rays by kind, tests a ray and memory; lines below "
+     "it "
+     "what is unusual. CPU time is that of all threads and of the import helper. Without FILE: the "
+     "rays per second of a built-in scene, on one thread and on all.",
+     NULL,
+     "snell bench duck.glb\n"
+     "snell bench glass.lua -i path -n 16 -s 50% --rounds 11\n"
+     "snell bench city.glb --json | jq .cpu_seconds.build.median\n"
+     "snell bench"},
     {CMD_EXAMPLE, "example", "[NAME]", "print a scene to start from; without NAME, list them",
      "print a scene to start from\n"
      "Each is a short Lua program with comments; without NAME, they are listed.",

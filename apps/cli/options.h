@@ -51,6 +51,7 @@ typedef enum option_id {
     OPT_ISA,
     OPT_BUILD,
     OPT_PROGRESS,
+    OPT_ROUNDS,
     OPT_SAMPLE,
     OPT_LEVELS,
     OPT_DOT,
@@ -76,8 +77,10 @@ enum command_bits {
     CMD_COMPARE = 16,
     CMD_CONVERT = 32,
     CMD_EXPLAIN = 64,
-    CMD_PICTURE = CMD_RENDER | CMD_EXPLAIN, /* those that take what decides a picture */
-    CMD_ALL = 127
+    CMD_BENCH = 128,
+    /* those that take what decides a picture */
+    CMD_PICTURE = CMD_RENDER | CMD_EXPLAIN | CMD_BENCH,
+    CMD_ALL = 255
 };
 
 enum option_flags {

@@ -94,18 +94,13 @@ static double rays_per_second(const snell_render_stats *s) {
     return s->seconds > 0 ? (double)rays_total(s) / s->seconds : 0;
 }
 
-static uint64_t memory_peak(int who) {
-    struct rusage usage;
-    return getrusage(who, &usage) == 0 ? (uint64_t)usage.ru_maxrss * 1024 : 0;
-}
-
 static void say_done(const job *j) {
     uint32_t width = 0, height = 0;
     snell_film_pixels(j->film, &width, &height, NULL);
     const char *name = strcmp(j->output.path, "-") == 0 ? "standard output" : j->output.path;
     if (report_level() >= LEVEL_VERBOSE) {
         char memory[32];
-        text_format_bytes(memory_peak(RUSAGE_SELF), memory);
+        text_format_bytes(session_memory_peak(RUSAGE_SELF), memory);
         report_note("load %.2f  build %.2f  render %.2f  write %.2f s   %.3g rays  %.2f Mrays/s  "
                     "%" PRIu32 " threads  %s  %s",
                     j->load, j->build, j->render, j->write, (double)rays_total(&j->stats),
@@ -184,8 +179,8 @@ static void json_picture(json_t *root, const job *j) {
     set_count(root, "threads", snell_context_thread_count(j->stage.session->context));
     json_object_set_new(root, "isa",
                         json_string(snell_isa_name(snell_context_isa(j->stage.session->context))));
-    set_count(root, "memory_peak", memory_peak(RUSAGE_SELF));
-    set_count(root, "memory_peak_import", memory_peak(RUSAGE_CHILDREN));
+    set_count(root, "memory_peak", session_memory_peak(RUSAGE_SELF));
+    set_count(root, "memory_peak_import", session_memory_peak(RUSAGE_CHILDREN));
     json_object_set_new(root, "dropped_weight", json_real(j->stats.dropped_weight));
     snprintf(hash, sizeof hash, "%016" PRIx64, snell_film_hash(j->film));
     json_object_set_new(root, "image_hash", json_string(hash));

@@ -15,7 +15,7 @@ enum { WARNINGS_SHOWN = 10, TEXT_MAX = 2048 };
 /* One program, one terminal: the only state of its kind. */
 static struct {
     enum report_level level;
-    bool json, strict, color_always, color_never, emitted;
+    bool json, strict, color_always, color_never, emitted, muted;
     const char *alias_real, *alias_shown;
     unsigned warning_count;
     json_t *warnings, *error;
@@ -205,7 +205,10 @@ int report_status_as(int code, snell_status status, const char *path) {
     return keep_error(code, code == EXIT_USAGE ? code_word(code) : status_word(status), &m);
 }
 
+void report_mute(bool muted) { state.muted = muted; }
+
 static void keep_warning(const shown *m) {
+    if (state.muted) return;
     report_lock();
     if (state.warnings == NULL) state.warnings = json_array();
     json_array_append_new(state.warnings, shown_json(m, NULL));
@@ -230,7 +233,7 @@ void report_warning(const char *hint, const char *format, ...) {
 }
 
 void report_note(const char *format, ...) {
-    if (state.level == LEVEL_QUIET) return;
+    if (state.level == LEVEL_QUIET || state.muted) return;
     char text[TEXT_MAX];
     va_list args;
     va_start(args, format);
@@ -245,6 +248,7 @@ void report_note(const char *format, ...) {
 
 void report_log(void *user, const snell_message *message) {
     (void)user;
+    if (state.muted && message->severity < SNELL_ERROR) return;
     char text[TEXT_MAX], hint[TEXT_MAX], file[TEXT_MAX];
     copy_aliased(message->text, text, sizeof text);
     copy_aliased(message->hint, hint, sizeof hint);

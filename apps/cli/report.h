@@ -44,6 +44,8 @@ int report_status_as(int code, snell_status status, const char *path);
 void report_warning(const char *hint, const char *format, ...) PRINTF_LIKE(2, 3);
 /* A line on standard error unless --quiet. */
 void report_note(const char *format, ...) PRINTF_LIKE(1, 2);
+/* Muted, warnings and notes are neither shown nor kept; errors are. */
+void report_mute(bool muted);
 void report_log(void *user, const snell_message *message); /* a snell_log_fn */
 
 /* Messages about `real` speak of `shown` instead; NULL, NULL ends it. Both are borrowed. */

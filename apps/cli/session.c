@@ -149,6 +149,11 @@ void session_close(session *s) {
     s->context = NULL;
 }
 
+uint64_t session_memory_peak(int who) {
+    struct rusage usage;
+    return getrusage(who, &usage) == 0 ? (uint64_t)usage.ru_maxrss * 1024 : 0;
+}
+
 static int copy_input(FILE *to) {
     static char block[1 << 16];
     for (;;) {
@@ -168,16 +173,20 @@ static int copy_input(FILE *to) {
     return EXIT_DONE;
 }
 
-/* Importers want a file that they can map and seek: standard input becomes one, in a folder of its
- * own that nobody else can read. */
-static int spool_input(session *s) {
-    const char *base = getenv("TMPDIR"), *format = s->options->value[OPT_INPUT_FORMAT];
+static int spool_failed(const char *what) {
+    return report_error(EXIT_IO, NULL, "%s cannot be kept: %s", what, strerror(errno));
+}
+
+/* Importers want a file that they can map and seek: what is none becomes one, in a folder of its own
+ * that nobody else can read. */
+static int spool_begin(session *s, const char *what, const char *format, FILE **to) {
+    const char *base = getenv("TMPDIR");
     char path[4096];
     if (base == NULL || base[0] != '/') base = "/tmp";
     snprintf(path, sizeof path, "%.3000s/snell-XXXXXX", base);
     if (mkdtemp(path) == NULL) {
         return report_error(EXIT_IO, "TMPDIR names another folder for it",
-                            "standard input cannot be kept: %s: %s", base, strerror(errno));
+                            "%s cannot be kept: %s: %s", what, base, strerror(errno));
     }
     s->spool_folder = strdup(path);
     size_t used = strlen(path);
@@ -187,14 +196,25 @@ static int spool_input(session *s) {
     if (s->spool_folder == NULL || s->spool_file == NULL) {
         return report_error(EXIT_MEMORY, NULL, "out of memory");
     }
-    FILE *to = fopen(s->spool_file, "wbx");
-    if (to == NULL) {
-        return report_error(EXIT_IO, NULL, "standard input cannot be kept: %s", strerror(errno));
-    }
-    int code = copy_input(to);
-    if (fclose(to) != 0 && code == EXIT_DONE) {
-        code = report_error(EXIT_IO, NULL, "standard input cannot be kept: %s", strerror(errno));
-    }
+    *to = fopen(s->spool_file, "wbx");
+    return *to != NULL ? EXIT_DONE : spool_failed(what);
+}
+
+static int spool_input(session *s) {
+    FILE *to;
+    int code = spool_begin(s, "standard input", s->options->value[OPT_INPUT_FORMAT], &to);
+    if (code != EXIT_DONE) return code;
+    code = copy_input(to);
+    if (fclose(to) != 0 && code == EXIT_DONE) code = spool_failed("standard input");
+    return code;
+}
+
+static int spool_text(session *s, const char *name, const unsigned char *text, size_t size) {
+    FILE *to;
+    int code = spool_begin(s, name, "lua", &to);
+    if (code != EXIT_DONE) return code;
+    if (fwrite(text, 1, size, to) != size) code = spool_failed(name);
+    if (fclose(to) != 0 && code == EXIT_DONE) code = spool_failed(name);
     return code;
 }
 
@@ -251,10 +271,9 @@ int session_input(session *s, const char *path, const char **real) {
     return code;
 }
 
-int session_load(session *s, const char *path, snell_scene **out) {
-    const char *real;
+/* Ends the input; `code`: whether `real` is there to be read. */
+static int load_new(session *s, int code, const char *path, const char *real, snell_scene **out) {
     *out = NULL;
-    int code = session_input(s, path, &real);
     if (code == EXIT_DONE) {
         snell_status status = snell_scene_create(s->context, out);
         code = status == SNELL_OK ? load_into(s, *out, real) : report_status(status, path);
@@ -265,4 +284,17 @@ int session_load(session *s, const char *path, snell_scene **out) {
         *out = NULL;
     }
     return code;
+}
+
+int session_load(session *s, const char *path, snell_scene **out) {
+    const char *real;
+    int code = session_input(s, path, &real);
+    return load_new(s, code, path, real, out);
+}
+
+int session_load_text(session *s, const char *name, const unsigned char *text, size_t size,
+                      snell_scene **out) {
+    int code = spool_text(s, name, text, size);
+    if (s->spool_file != NULL) report_alias(s->spool_file, name);
+    return load_new(s, code, name, s->spool_file, out);
 }

@@ -20,10 +20,15 @@ int session_open(session *s, const options *o);
 void session_close(session *s);
 /* Reads a file, or standard input when path is "-", into a new scene. */
 int session_load(session *s, const char *path, snell_scene **out);
+/* The same of a scene program's text, which messages call `name`. */
+int session_load_text(session *s, const char *name, const unsigned char *text, size_t size,
+                      snell_scene **out);
 /* A file that can be mapped and sought: `path` itself, or what standard input held when it is "-";
  * until session_end_input. Messages about it name `path`. */
 int session_input(session *s, const char *path, const char **real);
 void session_end_input(session *s);
+/* Bytes: the largest resident size of this process (RUSAGE_SELF) or of its children so far. */
+uint64_t session_memory_peak(int who);
 /* An unknown SNELL_* variable is a warning. */
 void session_check_environment(void);
 /* The file's name as messages show it. */

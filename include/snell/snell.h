@@ -565,6 +565,7 @@ typedef struct snell_render_desc {
                       not depend on it */
     snell_progress_fn *progress;
     void *user;
+    bool timed; /* the stats tell the seconds by phase, for a few looks at the clock each wave */
 } snell_render_desc;
 /* whitted at 800 x 600, as snell_scene_settings of an empty scene gives it. */
 static inline snell_render_desc snell_render_desc_init(size_t struct_size) {
@@ -590,6 +591,15 @@ typedef struct snell_render_stats {
     double dropped_weight; /* mean over samples of the weight that min_weight dropped */
     uint64_t media_mismatches, film_overflows;
     double seconds;
+    uint64_t shadow_nodes, shadow_boxes, shadow_triangles,
+        shadow_primitives; /* of the tests above, those of shadow rays */
+    /* CPU seconds, summed over workers; 0 where the render was not `timed`. What is left of the
+     * process's is the film and the waiting. */
+    double seconds_camera,             /* camera rays are made */
+        seconds_trace,                 /* nearest hits are looked for */
+        seconds_shade,                 /* textures, materials, lights; next rays are made */
+        seconds_shadows;               /* shadow rays are tested */
+    uint64_t memory_film, memory_rays; /* bytes; memory_rays: of the rays that wait, at most */
 } snell_render_stats;
 
 /* What the scene asks for, else the defaults of the integrator (0: the scene's, else whitted). */

@@ -247,6 +247,7 @@ static snell_status prepare_with(const snell_scene *s, const snell_render_desc *
                                              .pixel_center = r->pixel_center,
                                              .transparent = r->transparent,
                                              .wave_size = r->wave_size,
+                                             .timed = r->timed,
                                              .isa = s->context->isa},
                                     .crop_x = crop ? r->crop_x : 0,
                                     .crop_y = crop ? r->crop_y : 0,

@@ -159,11 +159,14 @@ uint32_t thread_usable_cpus(void) {
     return count ? count : 1;
 }
 
-double time_seconds(void) {
+static double clock_seconds(clockid_t clock) {
     struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
+    clock_gettime(clock, &now);
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
+
+double time_seconds(void) { return clock_seconds(CLOCK_MONOTONIC); }
+double time_cpu_seconds(void) { return clock_seconds(CLOCK_THREAD_CPUTIME_ID); }
 
 unsigned floatenv_enter(void) {
 #if defined(__x86_64__)

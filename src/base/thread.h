@@ -26,7 +26,8 @@ void thread_pool_destroy(thread_pool *pool);
 uint32_t thread_pool_size(const thread_pool *pool);
 void thread_pool_run(thread_pool *pool, size_t count, thread_task *task, void *data);
 
-double time_seconds(void); /* monotonic */
+double time_seconds(void);     /* monotonic */
+double time_cpu_seconds(void); /* that this thread has used */
 
 /* MXCSR as the pictures need it: round to nearest, no flush to zero, no denormals are zero,
  * exceptions masked. Set at every API entry that computes and in every worker; returns what was,

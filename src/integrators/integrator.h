@@ -130,14 +130,24 @@ typedef struct wave_settings {
     uint32_t wave_size; /* rays traced at once, at most */
     snell_isa isa;
     struct record *record; /* what one pixel's run is told to (record.h); NULL: nothing is */
+    bool timed;            /* the stats have seconds */
 } wave_settings;
+
+typedef enum wave_phase {
+    WAVE_CAMERA,
+    WAVE_TRACE,
+    WAVE_SHADE,
+    WAVE_SHADOWS,
+    WAVE_PHASE_COUNT
+} wave_phase;
 
 typedef struct wave_stats {
     uint64_t rays[RAY_KIND_COUNT], shadow_rays;
-    trace_counters counters;
+    trace_counters counters, shadow_counters; /* of nearest hits; of shadow rays */
     fixed128 dropped_weight;
     uint64_t media_mismatches, film_overflows, blocked_by_cap;
-    uint64_t spent_solids; /* rays that met more of a solid than it can hold */
+    uint64_t spent_solids;            /* rays that met more of a solid than it can hold */
+    double seconds[WAVE_PHASE_COUNT]; /* CPU time of the worker */
 } wave_stats;
 
 /* Rays to work on; one per worker, used again for every block. */
@@ -151,5 +161,6 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
                                film_block *film, bool (*go_on)(void *user, const wave_stats *stats),
                                void *user);
 const wave_stats *wave_get_stats(const wave *w);
+size_t wave_memory(const wave *w); /* bytes that it holds */
 
 #endif

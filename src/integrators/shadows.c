@@ -69,7 +69,7 @@ static dvec3 shadow_filter(wave *w, shadow_ray *r) {
     r->ray.mask = MASK_FILTER | (r->met ? MASK_NO_SHADOW : 0u);
     for (int step = 0; step < FILTER_STEPS_MAX; step++) {
         hit h;
-        accel_trace(s->accel, w->settings.isa, &r->ray, &h, 1, &w->stats.counters);
+        accel_trace(s->accel, w->settings.isa, &r->ray, &h, 1, &w->stats.shadow_counters);
         double end = h.instance == NO_ID ? (double)r->ray.t_max : (double)h.t;
         through = dvec3_mul(through, media_transmittance(&r->media, s, (end - from) * length));
         if (h.instance == NO_ID) return through;
@@ -100,9 +100,10 @@ void wave_test_shadows(wave *w) {
     enum { WALKS_BETWEEN_LOOKS = 256 };
     const scene *s = w->settings.scene;
     shadow_ray *shadows = w->shadows;
+    wave_phase before = wave_begin_phase(w, WAVE_SHADOWS);
     for (size_t i = 0; i < w->shadow_count; i++) w->rays[i] = shadows[i].ray;
     accel_occluded(s->accel, w->settings.isa, w->rays, w->blocked, w->shadow_count,
-                   &w->stats.counters);
+                   &w->stats.shadow_counters);
     if (w->settings.record) record_blocked(w);
     for (size_t i = 0; i < w->shadow_count && !w->stopped; i++) {
         if (w->blocked[i]) continue;
@@ -117,4 +118,5 @@ void wave_test_shadows(wave *w) {
         film_block_add(w->film, shadows[i].pixel, arriving);
     }
     w->shadow_count = 0;
+    wave_begin_phase(w, before);
 }

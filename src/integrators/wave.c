@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/thread.h"
 #include "integrators/differential.h"
 #include "integrators/record.h"
 #include "integrators/wave.h"
@@ -46,6 +47,23 @@ void wave_destroy(wave *w) {
 }
 
 const wave_stats *wave_get_stats(const wave *w) { return &w->stats; }
+
+size_t wave_memory(const wave *w) {
+    size_t each = sizeof *w->rays + sizeof *w->hits + sizeof *w->blocked + sizeof *w->shadows;
+    return sizeof *w + (w->pool_capacity + w->next_capacity) * sizeof *w->pool +
+           w->settings.wave_size * each;
+}
+
+wave_phase wave_begin_phase(wave *w, wave_phase next) {
+    wave_phase last = w->phase;
+    if (!w->settings.timed) return last;
+    double now = time_cpu_seconds();
+    w->stats.seconds[last] += now - w->phase_began;
+    w->phase_began = now;
+    w->phase = next;
+    return last;
+}
+
 const scene *wave_scene(const wave *w) { return w->settings.scene; }
 uint32_t wave_max_depth(const wave *w) { return w->settings.max_depth; }
 dvec3 wave_eye(const wave *w) { return dvec3_from(w->settings.frame.position); }
@@ -160,9 +178,11 @@ static void handle_miss(wave *w, path_ray *r) {
 /* Traces the newest `count` rays of the pool; what they emit takes their place. */
 static void trace_wave(wave *w, size_t count) {
     path_ray *current = w->pool + (w->pool_count - count);
+    wave_begin_phase(w, WAVE_TRACE);
     for (size_t i = 0; i < count; i++) w->rays[i] = current[i].ray;
     accel_trace(w->settings.scene->accel, w->settings.isa, w->rays, w->hits, count,
                 &w->stats.counters);
+    wave_begin_phase(w, WAVE_SHADE);
     w->next_count = 0;
     /* `path` asks one light at a time. */
     size_t lights = w->settings.integrator->one_branch ? 1 : scene_light_count(w->settings.scene);
@@ -275,6 +295,8 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     w->user = user;
     w->stopped = false;
     w->pool_count = w->shadow_count = 0;
+    w->phase = WAVE_CAMERA;
+    if (w->settings.timed) w->phase_began = time_cpu_seconds();
     while (next.sample < w->settings.samples || w->pool_count > 0) {
         if (!ARRAY_GROW(w->pool, w->pool_count, w->pool_capacity, size)) return error_no_memory();
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
@@ -286,6 +308,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
         size_t bite = w->pool_count > 2 * size ? SMALL_BITE : size;
         if (bite > size) bite = size;
         trace_wave(w, w->pool_count < bite ? w->pool_count : bite);
+        wave_begin_phase(w, WAVE_CAMERA);
         if (w->out_of_memory) return error_no_memory();
         wave_look_up(w);
         if (w->stopped) return SNELL_CANCELLED;

@@ -35,11 +35,15 @@ struct wave {
     bool (*go_on)(void *user, const wave_stats *stats);
     void *user;
     wave_stats stats;
+    wave_phase phase; /* that the time since phase_began belongs to */
+    double phase_began;
 };
 /* To the film: coverage of a transparent picture. */
 void wave_add_coverage(wave *w, const path_ray *r, double alpha);
 /* Adds to the film what gets through, and forgets the shadow rays. */
 void wave_test_shadows(wave *w);
+/* Another phase begins; returns the one that ends. */
+wave_phase wave_begin_phase(wave *w, wave_phase next);
 /* Progress and cancelling, after some work in the midst of a wave. */
 void wave_look_up(wave *w);
 /* A smooth face between media of one ior: light goes straight on, and in `path` that is no new

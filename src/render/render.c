@@ -112,10 +112,19 @@ static void add_stats(snell_render_stats *out, const wave_stats *in, fixed128 *d
     out->rays_refracted += in->rays[RAY_REFRACTED];
     out->rays_continued += in->rays[RAY_CONTINUED];
     out->rays_shadow += in->shadow_rays;
-    out->nodes += in->counters.nodes;
-    out->boxes += in->counters.boxes;
-    out->triangles += in->counters.triangles;
-    out->primitives += in->counters.primitives;
+    const trace_counters *nearest = &in->counters, *shadow = &in->shadow_counters;
+    out->nodes += nearest->nodes + shadow->nodes;
+    out->boxes += nearest->boxes + shadow->boxes;
+    out->triangles += nearest->triangles + shadow->triangles;
+    out->primitives += nearest->primitives + shadow->primitives;
+    out->shadow_nodes += shadow->nodes;
+    out->shadow_boxes += shadow->boxes;
+    out->shadow_triangles += shadow->triangles;
+    out->shadow_primitives += shadow->primitives;
+    out->seconds_camera += in->seconds[WAVE_CAMERA];
+    out->seconds_trace += in->seconds[WAVE_TRACE];
+    out->seconds_shade += in->seconds[WAVE_SHADE];
+    out->seconds_shadows += in->seconds[WAVE_SHADOWS];
     out->media_mismatches += in->media_mismatches;
     out->film_overflows += in->film_overflows;
     *dropped += in->dropped_weight;
@@ -130,12 +139,15 @@ static void collect(job *j, uint32_t worker_count, snell_render_stats *out, bool
         if (j->workers[i].wave) {
             const wave_stats *stats = wave_get_stats(j->workers[i].wave);
             add_stats(out, stats, &dropped);
+            out->memory_rays += wave_memory(j->workers[i].wave) + sizeof *j->workers[i].block;
             *spent |= stats->spent_solids > 0;
         }
         wave_destroy(j->workers[i].wave);
         memory_free_aligned(j->workers[i].block);
     }
     out->samples_done = o->wave.samples;
+    out->memory_film =
+        (uint64_t)j->film->width * j->film->height * j->film->channels * sizeof *j->film->pixels;
     out->pixels_done = atomic_load(&j->pixels_done);
     if (out->pixels_done)
         out->dropped_weight =
