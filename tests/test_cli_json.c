@@ -281,6 +281,96 @@ static void test_compare(void **state) {
     json_decref(root);
 }
 
+/* A median between the least and the most. */
+static double median(json_t *object, const char *key) {
+    json_t *of = get(object, key, JSON_OBJECT);
+    double middle = number(of, "median");
+    assert_true(0 <= number(of, "min") && number(of, "min") <= middle &&
+                middle <= number(of, "max"));
+    return middle;
+}
+
+/* What a benchmark tells agrees with itself, and with a render of the same picture. */
+static void check_bench(json_t *root, json_t *render) {
+    static const char *const tests[] = {"nodes", "boxes", "triangles", "primitives"};
+    static const char *const phases[] = {"load", "build", "render", "write", "total"};
+    static const char *const parts[] = {"camera", "trace", "shade", "shadows"};
+    static const char *const kinds[] = {"camera",    "reflected", "refracted",
+                                        "continued", "shadow",    "total"};
+    json_t *rays = get(root, "rays", JSON_OBJECT), *nearest = get(root, "nearest", JSON_OBJECT),
+           *shadow = get(root, "shadow", JSON_OBJECT), *memory = get(root, "memory", JSON_OBJECT),
+           *drawn = get(render, "rays", JSON_OBJECT), *done = get(render, "counters", JSON_OBJECT);
+    for (size_t i = 0; i < 6; i++) assert_int_equal(whole(rays, kinds[i]), whole(drawn, kinds[i]));
+    double near_count = (double)whole(nearest, "rays"),
+           shadow_count = (double)whole(shadow, "rays");
+    assert_true(near_count + shadow_count == (double)whole(rays, "total"));
+    for (size_t i = 0; i < 4; i++) {
+        double sum =
+            near_count * number(nearest, tests[i]) + shadow_count * number(shadow, tests[i]);
+        assert_true(fabs(sum - (double)whole(done, tests[i])) <= 1e-6 * sum);
+    }
+    double wall = 0, cpu = 0;
+    for (size_t i = 0; i < 5; i++) {
+        wall = median(get(root, "seconds", JSON_OBJECT), phases[i]);
+        cpu = median(get(root, "cpu_seconds", JSON_OBJECT), phases[i]);
+        assert_true(wall > 0 && cpu > 0);
+    }
+    /* Nearly all of the render is in one of its parts. */
+    double sum = 0, all = median(get(root, "cpu_seconds", JSON_OBJECT), "render");
+    for (size_t i = 0; i < 4; i++)
+        sum += median(get(root, "render_cpu_seconds", JSON_OBJECT), parts[i]);
+    assert_true(sum > 0.7 * all && sum < 1.02 * all);
+    assert_true(median(root, "rays_per_second") > 0 && median(root, "rays_per_cpu_second") > 0);
+    assert_true(whole(memory, "accel") > 0 && whole(memory, "rays") > 0);
+    assert_int_equal(whole(memory, "film"), 96 * 72 * 3 * 4);
+    assert_true(whole(memory, "peak") > 100000 && whole(memory, "peak_import") > 100000);
+    get(root, "advice", JSON_ARRAY);
+}
+
+static void test_bench(void **state) {
+    (void)state;
+    static const char *const integrators[] = {"appel", "whitted", "cook", "path"};
+    int code;
+    write_file(
+        "many.lua",
+        "camera { from = {0, 1, 4}, at = {0, 0, 0} } light.point { position = {3, 3, 3}, "
+        "intensity = 30 }\n"
+        "plane { point = {0, -1, 0}, material = material.lambert { color = .5 } }\n"
+        "for i = 0, 99 do sphere { center = {math.sin(i), math.cos(i) / 2, i / 50 - 1}, radius = "
+        ".1, material = material[({'mirror', 'dielectric', 'lambert'})[i % 3 + 1]] {} } end\n"
+        "mesh { positions = {{-1,-1,-1},{1,-1,-1},{0,1,-1}}, indices = {0,1,2} }\n"
+        "mesh { positions = {{0,0,0},{0,0,0},{0,0,0}}, indices = {0,1,2} } -- a warning\n");
+    for (size_t i = 0; i < 4; i++) {
+        char arguments[256];
+        snprintf(arguments, sizeof arguments,
+                 "render many.lua -i %s -s 96x72 -n 8 -t 1 -o many.pfm --json", integrators[i]);
+        json_t *render = run(arguments, &code);
+        assert_int_equal(code, 0);
+        snprintf(arguments, sizeof arguments,
+                 "bench many.lua -i %s -s 96x72 -n 8 -t 1 --rounds 3 --json", integrators[i]);
+        json_t *root = run(arguments, &code);
+        assert_int_equal(code, 0);
+        assert_int_equal(whole(root, "schema"), 1);
+        assert_string_equal(text(root, "integrator"), integrators[i]);
+        assert_int_equal(whole(root, "rounds"), 3);
+        assert_int_equal(whole(root, "threads"), 1);
+        assert_int_equal(json_array_size(get(root, "warnings", JSON_ARRAY)), 1); /* not 3 */
+        check_bench(root, render);
+        json_decref(render);
+        json_decref(root);
+    }
+    json_t *root = run("bench --rounds 1 -t 2 --json", &code);
+    assert_int_equal(code, 0);
+    json_t *runs = get(root, "runs", JSON_ARRAY);
+    assert_int_equal(json_array_size(runs), 2);
+    assert_int_equal(whole(json_array_get(runs, 0), "threads"), 1);
+    assert_int_equal(whole(json_array_get(runs, 1), "threads"), 2);
+    assert_true(median(json_array_get(runs, 1), "rays_per_second") > 0);
+    json_decref(root);
+    check_error("bench none.lua --json", 5, "io");
+    check_error("bench -s 4x4 --json", 2, "usage");
+}
+
 int main(void) {
     unsetenv("SNELL_FULL"); /* for tests; the command would warn of them */
     unsetenv("SNELL_MODELS");
@@ -288,6 +378,7 @@ int main(void) {
         cmocka_unit_test(test_render),  cmocka_unit_test(test_errors),
         cmocka_unit_test(test_several), cmocka_unit_test(test_info),
         cmocka_unit_test(test_compare), cmocka_unit_test(test_explain),
+        cmocka_unit_test(test_bench),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

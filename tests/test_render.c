@@ -234,6 +234,33 @@ static void what_is_dropped_is_reported(void **state) {
 }
 
 /* A reflection of a thousandth of a sun of 1e4 was dropped: it is ten times white. */
+/* The clocks change no picture, and run only where they are asked for. */
+static void phases_are_timed_on_demand(void **state) {
+    (void)state;
+    add_box(&bench, v3(-1, -1, -1), v3(1, 1, 1), add_lambert(&bench, grey(0.5)));
+    add_point(&bench, v3(0, 3, 3), grey(10));
+    commit();
+    snell_view view = look(v3(0, 0, 4), v3(0, 0, 0));
+    snell_render_desc desc = picture(SNELL_WHITTED, 64, 48, 2);
+    desc.view = &view;
+    MUST(snell_render(bench.scene, &desc, bench.film));
+    snell_render_stats plain = stats_of(&bench);
+    uint64_t hash = snell_film_hash(bench.film);
+    assert_true(plain.seconds_camera == 0 && plain.seconds_trace == 0 && plain.seconds_shade == 0 &&
+                plain.seconds_shadows == 0);
+    desc.timed = true;
+    MUST(snell_render(bench.scene, &desc, bench.film));
+    snell_render_stats timed = stats_of(&bench);
+    assert_true(snell_film_hash(bench.film) == hash);
+    assert_true(timed.seconds_camera > 0 && timed.seconds_trace > 0 && timed.seconds_shade > 0 &&
+                timed.seconds_shadows > 0);
+    assert_int_equal(timed.nodes, plain.nodes);
+    assert_int_equal(timed.shadow_nodes, plain.shadow_nodes);
+    assert_true(0 < timed.shadow_nodes && timed.shadow_nodes < timed.nodes);
+    assert_int_equal(timed.memory_film, 64 * 48 * 3 * sizeof(float));
+    assert_true(timed.memory_rays > 0);
+}
+
 static void bright_surroundings_are_not_dropped(void **state) {
     (void)state;
     static const float sun[8] = {0, 0, 0, 1, 1e4f, 1e4f, 1e4f, 1};
@@ -1025,6 +1052,7 @@ int main(void) {
         cmocka_unit_test_setup(streams_differ_and_are_uniform, fresh),
         cmocka_unit_test_setup(a_render_begins_with_the_defaults, fresh),
         cmocka_unit_test_setup(what_is_dropped_is_reported, fresh),
+        cmocka_unit_test_setup(phases_are_timed_on_demand, fresh),
         cmocka_unit_test_setup(bright_surroundings_are_not_dropped, fresh),
         cmocka_unit_test_setup(progress_comes_often_and_stops_at_once, fresh),
         cmocka_unit_test_setup(a_cancelled_film_has_whole_blocks, fresh),

@@ -1,6 +1,7 @@
 /* snell bench: a picture made several times over, to see where the time goes. */
 #include "bench.h"
 
+#include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -181,17 +182,20 @@ static const example_scene *find_example(const char *name) {
 static void print_score(const bench *one, const bench *many) {
     const bench *rows[] = {one, many};
     double single = bench_rate(one).median;
-    printf("%s, %s, %ux%u, %u samples; snell %s, %s, %u rounds\n\n", one->label,
-           integrator_name(one->desc.integrator), one->desc.width, one->desc.height,
-           one->desc.samples, snell_version(), snell_isa_name(one->isa), one->round_count);
-    puts("threads   Mrays/s   least..most     times");
-    for (size_t i = 0; i < (many->threads > 1 ? 2 : 1); i++) {
+    printf("%s, %s, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " samples; snell %s, %s; %" PRIu32
+           " round%s\n\n",
+           one->label, integrator_name(one->desc.integrator), one->desc.width, one->desc.height,
+           one->desc.samples, snell_version(), snell_isa_name(one->isa), one->round_count,
+           one->round_count == 1 ? "" : "s, medians");
+    puts("threads   Mrays/s   least..most     times    Mrays/CPU s");
+    for (size_t i = 0; i < (many->round_count > 0 ? 2 : 1); i++) {
         char range[32];
         summary rate = bench_rate(rows[i]);
         snprintf(range, sizeof range, "%.2f..%.2f", rate.least, rate.most);
-        printf("%7u  %8.2f   %-14s  %5.2f\n", rows[i]->threads, rate.median, range,
-               rate.median / single);
+        printf("%7" PRIu32 "  %8.2f   %-14s  %5.2f  %13.2f\n", rows[i]->threads, rate.median, range,
+               rate.median / single, bench_rate_cpu(rows[i]).median);
     }
+    bench_print_advice(many->round_count > 0 ? many : one);
     puts("\n'snell bench FILE' says where the time of a picture goes.");
 }
 

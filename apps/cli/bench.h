@@ -43,11 +43,13 @@ summary bench_summary(const bench *b, size_t offset);
 #define BENCH_SUMMARY(b, field) bench_summary((b), offsetof(bench_round, field))
 /* Wall seconds of whole rounds. */
 summary bench_seconds(const bench *b);
-/* Million rays of every kind in a second of the render. */
+/* Million rays of every kind in a second of the render; in a CPU second. */
 summary bench_rate(const bench *b);
+summary bench_rate_cpu(const bench *b);
 uint64_t bench_nearest_rays(const snell_render_stats *s); /* those that look for the nearest hit */
 
 void bench_text(const bench *b);
+void bench_print_advice(const bench *b);
 json_t *bench_json(const bench *b);
 /* Lines about what is unusual; their number. */
 size_t bench_advice(const bench *b, char lines[ADVICE_MAX][ADVICE_TEXT]);

@@ -1,6 +1,7 @@
 /* What is unusual about a picture's time and memory. Usual is what the scenes of scenes/ and the models
  * that the tests render need; docs/bench.md has the figures. */
 #include <stdarg.h>
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 #include <unistd.h>
@@ -24,23 +25,44 @@ static void PRINTF_LIKE(2, 3) say(advice *a, const char *format, ...) {
 
 static double per(uint64_t count, uint64_t of) { return of > 0 ? (double)count / (double)of : 0; }
 
+/* More tests a ray than any scene of scenes/ and any usual model needs (docs/bench.md). */
+static const struct {
+    const char *name, *why;
+    double nearest_max,
+        shadow_max;     /* shadow rays cross the scene, and walk through glass and leaves */
+    size_t all, shadow; /* in the stats */
+} tests[] = {
+    {"triangles",
+     "long thin or overlapping ones share their boxes; split them, or try --build best", 15, 30,
+     offsetof(snell_render_stats, triangles), offsetof(snell_render_stats, shadow_triangles)},
+    {"shapes", "their boxes overlap", 8, 12, offsetof(snell_render_stats, primitives),
+     offsetof(snell_render_stats, shadow_primitives)},
+    {"nodes of the tree", "much of the scene overlaps, or rays pass close by it", 25, 30,
+     offsetof(snell_render_stats, nodes), offsetof(snell_render_stats, shadow_nodes)},
+};
+
+static uint64_t count_at(const snell_render_stats *s, size_t offset) {
+    uint64_t count;
+    memcpy(&count, (const char *)s + offset, sizeof count);
+    return count;
+}
+
 static void advise_of_tests(const bench *b, advice *a) {
     const snell_render_stats *s = &b->rounds[0].stats;
-    uint64_t rays = bench_nearest_rays(s) + s->rays_shadow;
-    double triangles = per(s->triangles, rays), nodes = per(s->nodes, rays),
-           primitives = per(s->primitives, rays);
-    if (triangles > 25)
-        say(a,
-            "%.0f triangles tested a ray, where 25 are many: long thin or overlapping ones share "
-            "their boxes; split them, or try --build best",
-            triangles);
-    if (primitives > 12)
-        say(a, "%.0f shapes tested a ray, where 12 are many: their boxes overlap", primitives);
-    if (nodes > 60)
-        say(a,
-            "%.0f nodes visited a ray, where 60 are many: much of the scene overlaps, or rays pass "
-            "close by it",
-            nodes);
+    for (size_t i = 0; i < sizeof tests / sizeof tests[0]; i++) {
+        uint64_t shadow = count_at(s, tests[i].shadow),
+                 nearest = count_at(s, tests[i].all) - shadow;
+        double each = per(nearest, bench_nearest_rays(s)),
+               each_shadow = per(shadow, s->rays_shadow);
+        if (each > tests[i].nearest_max)
+            say(a, "%.0f %s tested a ray, where over %.0f is much: %s", each, tests[i].name,
+                tests[i].nearest_max, tests[i].why);
+        else if (each_shadow > tests[i].shadow_max)
+            say(a, "%.0f %s tested a shadow ray, where over %.0f is much: %s", each_shadow,
+                tests[i].name, tests[i].shadow_max,
+                b->scene.has_dielectric ? "each walks through all the glass in its way"
+                                        : tests[i].why);
+    }
 }
 
 static void advise_of_rays(const bench *b, advice *a) {
@@ -85,7 +107,7 @@ static void advise_of_phases(const bench *b, advice *a) {
         say(a, "the threads worked %.0f %% of the render: %s", 100 * busy,
             blocks < 8u * b->threads ? "the picture has few blocks of 16x16 pixels"
                                      : "other programs run too, or a few blocks take very long");
-    if (b->round_count > 1 && wall.most > 1.3 * wall.least && cpu.most < 1.15 * cpu.least)
+    else if (b->round_count > 1 && wall.most > 1.3 * wall.least && cpu.most < 1.15 * cpu.least)
         say(a, "rounds differ by the clock, not in CPU time: other programs run too");
 }
 

@@ -85,15 +85,18 @@ static summary total(const bench *b, bool cpu) {
 
 summary bench_seconds(const bench *b) { return total(b, false); }
 
-summary bench_rate(const bench *b) {
+static summary rate_by(const bench *b, bool cpu) {
     double values[ROUNDS_MAX];
     for (uint32_t i = 0; i < b->round_count; i++) {
         const bench_round *r = &b->rounds[i];
         double rays = (double)(bench_nearest_rays(&r->stats) + r->stats.rays_shadow);
-        values[i] = 1e-6 * rays / r->wall[BENCH_RENDER];
+        values[i] = 1e-6 * rays / (cpu ? r->cpu : r->wall)[BENCH_RENDER];
     }
     return summarise(values, b->round_count);
 }
+
+summary bench_rate(const bench *b) { return rate_by(b, false); }
+summary bench_rate_cpu(const bench *b) { return rate_by(b, true); }
 
 /* ---- the groups of rays that the counters tell apart ---- */
 
@@ -208,8 +211,17 @@ static void print_memory(const bench *b) {
     }
 }
 
-void bench_text(const bench *b) {
+void bench_print_advice(const bench *b) {
     char lines[ADVICE_MAX][ADVICE_TEXT];
+    size_t count = bench_advice(b, lines);
+    for (size_t i = 0; i < count; i++) {
+        fputs(i == 0 ? "\n- " : "- ", stdout);
+        text_print_wrapped(stdout, lines[i], 2, 2, 79);
+        putchar('\n');
+    }
+}
+
+void bench_text(const bench *b) {
     text_print_safe(stdout, b->label);
     printf(": %" PRIu32 "x%" PRIu32 ", %s, %" PRIu32 " sample%s, %" PRIu32 " thread%s, %s; %" PRIu32
            " round%s\n",
@@ -219,12 +231,7 @@ void bench_text(const bench *b) {
     print_phases(b);
     print_rays(b);
     print_memory(b);
-    size_t count = bench_advice(b, lines);
-    for (size_t i = 0; i < count; i++) {
-        fputs(i == 0 ? "\n- " : "- ", stdout);
-        text_print_wrapped(stdout, lines[i], 2, 2, 79);
-        putchar('\n');
-    }
+    bench_print_advice(b);
 }
 
 /* ---- JSON ---- */
@@ -235,6 +242,10 @@ static void set_count(json_t *object, const char *key, uint64_t value) {
 
 static json_t *json_summary(summary s) {
     return json_pack("{s:f,s:f,s:f}", "median", s.median, "min", s.least, "max", s.most);
+}
+
+static json_t *json_rate(summary million) {
+    return json_summary((summary){1e6 * million.median, 1e6 * million.least, 1e6 * million.most});
 }
 
 static json_t *json_phases(const bench *b, bool cpu) {
@@ -288,10 +299,8 @@ json_t *bench_json(const bench *b) {
         set_count(rays, kinds[i].name, count_at(s, kinds[i].offset));
     set_count(rays, "total", bench_nearest_rays(s) + s->rays_shadow);
     json_object_set_new(root, "rays", rays);
-    summary rate = bench_rate(b);
-    json_object_set_new(
-        root, "rays_per_second",
-        json_summary((summary){1e6 * rate.median, 1e6 * rate.least, 1e6 * rate.most}));
+    json_object_set_new(root, "rays_per_second", json_rate(bench_rate(b)));
+    json_object_set_new(root, "rays_per_cpu_second", json_rate(bench_rate_cpu(b)));
     group nearest = nearest_group(b), shadow = shadow_group(b);
     json_object_set_new(root, "nearest", json_group(&nearest));
     json_object_set_new(root, "shadow", json_group(&shadow));

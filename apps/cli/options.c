@@ -322,7 +322,7 @@ static int find_command_word(int argc, char **argv) {
 }
 
 static int unknown_command(const char *word) {
-    const char *names[8];
+    const char *names[16];
     size_t count = 0;
     for (size_t i = 0; i < command_table_count; i++) names[count++] = command_table[i].name;
     const char *near = text_closest(word, names, count);
