@@ -139,7 +139,7 @@ static void check_contribution(const told *t, const snell_explained_light *l) {
 }
 
 typedef struct seen {
-    size_t rays, lights, blocked, conserving, splits, passed, hidden, named;
+    size_t rays, lights, blocked, conserving, splits, lit, passed, hidden, named;
 } seen;
 
 static bool made_of(const snell_explained_ray *r, const char *material) {
@@ -187,6 +187,27 @@ static void check_energy(const told *t, const snell_explained_ray *r, seen *s) {
     s->splits += split;
 }
 
+/* What is sent on to lights is bounded too: R of Lambert's R / pi, together with what is traced, is at
+ * most 1. What was drawn with a density counts one over it; path, where that is shared out, is held to it
+ * by the pictures of test_transport. */
+static void check_lit(const told *t, const snell_explained_light *l, seen *s) {
+    const snell_explained_ray *r = &t->rays[l->ray];
+    if (l->source != SNELL_SOURCE_LIGHT) return;
+    if (l->pdf > 0 && !t->by_chance) ASSERT_CLOSE(l->weight * l->pdf, 1, 1e-12, 0);
+    bool part = made_of(r, "partial_mirror") && !t->by_chance;
+    if (!part && !made_of(r, "lambert")) return;
+    for (int c = 0; c < 3; c++) {
+        double sum = l->bsdf[c] * 3.14159265358979;
+        for (uint32_t k = 1; k < r->ray_count && part; k += r[k].ray_count)
+            if (r[k].kind != SNELL_RAY_CONTINUED) sum += r[k].weight[c];
+        if (sum <= 1 + 1e-6) continue;
+        fprintf(stderr, "%s (%s, line %u) sends on %.9g, of which %.9g is traced\n", r->shape.type,
+                r->material.type, r->material.line, sum, sum - l->bsdf[c] * 3.14159265358979);
+        fail();
+    }
+    s->lit++;
+}
+
 static void check(const told *t, seen *s) {
     check_order(t);
     for (size_t i = 0; i < t->ray_count; i++) {
@@ -198,6 +219,7 @@ static void check(const told *t, seen *s) {
     }
     for (size_t i = 0; i < t->light_count; i++) {
         check_contribution(t, &t->lights[i]);
+        check_lit(t, &t->lights[i], s);
         s->blocked += t->lights[i].blocker.type[0] != '\0';
     }
     s->rays += t->ray_count;
@@ -209,7 +231,7 @@ static void check(const told *t, seen *s) {
 static void explain_pixels(const snell_render_desc *desc, seen *s) {
     uint32_t width, height, channels;
     uint64_t random = desc->integrator;
-    int count = full_tests() ? 1000 : 12;
+    int count = full_tests() ? 1000 : 36;
     MUST(snell_render(bench.scene, desc, bench.film));
     const float *pixels = snell_film_pixels(bench.film, &width, &height, &channels);
     for (int i = 0; i < count; i++) {
@@ -243,9 +265,10 @@ static void showcase(void **state) {
         }
     }
     globfree(&scenes);
-    printf("%zu rays, %zu lights of which %zu blocked; %zu surfaces conserve, %zu split\n", s.rays,
-           s.lights, s.blocked, s.conserving, s.splits);
-    assert_true(s.blocked > 0 && s.conserving > 0 && s.splits > 0);
+    printf("%zu rays, %zu lights of which %zu blocked; %zu surfaces conserve, "
+           "%zu split, %zu are lit\n",
+           s.rays, s.lights, s.blocked, s.conserving, s.splits, s.lit);
+    assert_true(s.blocked > 0 && s.conserving > 0 && s.splits > 0 && s.lit > 0);
 }
 
 enum { LEVELS = 6 };
