@@ -17,6 +17,7 @@ int help_command(const options *o);
 
 int help_main(void);                      /* snell --help */
 int help_of(const command_info *command); /* snell COMMAND --help */
+int help_aovs(void);                      /* the table of AOVs */
 int help_version(void);                   /* snell --version */
 int man_print(const char *page);          /* a page in roff */
 int completion_print(const char *shell);  /* a script */

@@ -84,6 +84,7 @@ static int read_tag(const char *picture, source *out) {
     bool has_tag = info.tag != NULL && info.tag[0] != '\0';
     out->tag = has_tag ? tag_read(info.tag) : NULL;
     snell_free(info.tag);
+    snell_free(info.layers);
     if (out->tag != NULL) return EXIT_DONE;
     return report_error(
         EXIT_INPUT,

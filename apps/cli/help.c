@@ -359,6 +359,21 @@ static void print_formats(void) {
          "float) and .ppm (8 bit sRGB).");
 }
 
+int help_aovs(void) {
+    const char *help, *channels, *name;
+    for (uint32_t i = 0; (name = snell_aov_name(i, &channels, &help)) != NULL; i++) {
+        printf("  %-16s  ", name);
+        text_print_wrapped(stdout, help, 20, 20, WIDTH);
+        const char *last = strrchr(channels, ' ');
+        size_t first = strcspn(channels, " ");
+        if (last != NULL && strlen(channels) > 50)
+            printf("\n%20s%.*s ..%s\n", "", (int)first, channels, last);
+        else
+            printf("\n%20s%s\n", "", channels);
+    }
+    return EXIT_DONE;
+}
+
 static void print_topic(const help_topic *topic) {
     printf("%s - %s\n\n", topic->name, topic->title);
     if (topic->text != NULL) puts(topic->text);
@@ -368,6 +383,7 @@ static void print_topic(const help_topic *topic) {
     else if (topic->category != NULL)
         print_category(topic->category);
     if (strcmp(topic->name, "formats") == 0) print_formats();
+    if (strcmp(topic->name, "aovs") == 0) help_aovs();
 }
 
 static int unknown_topic(const char *word) {

@@ -48,10 +48,41 @@ static void print_conversion(const json_t *tag) {
     fputc('\n', stdout);
 }
 
+static void print_layers(const char *layers) {
+    for (const char *at = layers; *at != '\0';) {
+        size_t length = strcspn(at, "\n");
+        char *line = strndup(at, length);
+        printf("%-11s ", at == layers ? "layers" : "");
+        if (line != NULL) text_print_safe(stdout, line);
+        putchar('\n');
+        free(line);
+        at += length + (at[length] == '\n');
+    }
+}
+
+/* {"name": the part's or "", "channels": "N.X N.Y N.Z"} */
+static json_t *json_layers(const char *layers) {
+    json_t *list = json_array();
+    for (const char *at = layers; *at != '\0';) {
+        size_t length = strcspn(at, "\n");
+        char *line = strndup(at, length), *colon = line != NULL ? strstr(line, ": ") : NULL;
+        json_t *item = json_object();
+        if (colon != NULL) *colon = '\0';
+        json_object_set_new(item, "name", report_text(colon != NULL ? line : ""));
+        json_object_set_new(item, "channels",
+                            report_text(colon != NULL ? colon + 2 : line != NULL ? line : ""));
+        json_array_append_new(list, item);
+        free(line);
+        at += length + (at[length] == '\n');
+    }
+    return list;
+}
+
 static void print_picture(const char *path, const snell_picture_info *info) {
     text_print_safe(stdout, path);
     printf(": %s picture, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " channels of %" PRIu32 " bits\n",
            info->format, info->width, info->height, info->channels, info->bits);
+    print_layers(info->layers);
     if (info->tag == NULL || info->tag[0] == '\0') {
         puts("  it does not say how it was made");
         return;
@@ -85,12 +116,14 @@ static int picture_info(const char *path, json_t *root) {
         json_object_set_new(root, "height", json_integer(info.height));
         json_object_set_new(root, "channels", json_integer(info.channels));
         json_object_set_new(root, "bits", json_integer(info.bits));
+        json_object_set_new(root, "layers", json_layers(info.layers));
         if (tag == NULL) tag = made ? report_text(info.tag) : json_null();
         json_object_set_new(root, "made", tag);
     } else {
         print_picture(path, &info);
     }
     snell_free(info.tag);
+    snell_free(info.layers);
     return EXIT_DONE;
 }
 

@@ -30,6 +30,10 @@ const option_info option_table[] = {
      OUTPUT, CMD_RENDER, 0, NULL, false},
     {OPT_STRIP, "strip", 0, NULL, NULL, "leave out the tag that tells how the picture was made",
      OUTPUT, CMD_RENDER | CMD_CONVERT, 0, NULL, false},
+    {OPT_AOV, "aov", 0, "LIST", "scene, none",
+     "layers beside the picture, as in depth,normal: in the .exr, or OUT.depth.png; 'list' shows "
+     "all",
+     OUTPUT, CMD_PICTURE, OPTION_PICTURE, NULL, false},
     {OPT_ERROR, "error", 0, "FILE", NULL,
      "a picture of the errors; .exr and .pfm hold their numbers, .png and .ppm show them", OUTPUT,
      CMD_COMPARE, 0, "@file", false},
@@ -194,6 +198,7 @@ const command_info command_table[] = {
      "snell render *.stl -o 'thumbs/{name}.png' -s 256x256 --strict\n"
      "snell render glass.lua -D depth=5 -n 64 -o glass.exr\n"
      "snell render planets.lua --frames 1..120 -o 'out/%04d.png'\n"
+     "snell render glass.lua --aov depth,normal,crypto_object -o glass.exr\n"
      "ssh server snell render - -o - < scene.lua > scene.png"},
     {CMD_EXPLAIN, "explain", "FILE X Y", "why has this pixel this colour? draw its tree of rays",
      "why has this pixel this colour?\n"

@@ -11,6 +11,7 @@ typedef enum option_id {
     OPT_FORMAT,
     OPT_FORCE,
     OPT_STRIP,
+    OPT_AOV,
     OPT_ERROR,
     OPT_ERROR_MAP,
     OPT_LAYER,

@@ -166,6 +166,7 @@ static bool made_by_snell(const char *path) {
     if (snell_picture_read_info(path, &info) != SNELL_OK) return false;
     bool made = info.tag != NULL && info.tag[0] != '\0';
     snell_free(info.tag);
+    snell_free(info.layers);
     return made;
 }
 
@@ -268,11 +269,87 @@ int output_check_all(const options *o) {
     return code;
 }
 
-int output_write(const output *out, const snell_film *film, const snell_image_desc *desc) {
-    if (!is_standard(out)) {
-        snell_status status = snell_film_write(film, out->path, desc);
-        return status == SNELL_OK ? EXIT_DONE : report_status(status, out->path);
+/* ---- AOVs ---- */
+
+static bool holds_aovs(const char *extension) { return strcasecmp(extension, "exr") == 0; }
+
+static const char *format_of(const output *out) {
+    return is_standard(out) ? out->format : path_extension(out->path);
+}
+
+bool output_has_aov_files(const output *out) { return !holds_aovs(format_of(out)); }
+
+/* How many channels the first AOV in the list has. */
+static size_t channel_count(const char *list) {
+    const char *name, *channels;
+    size_t length = strcspn(list, ","), count = 1;
+    for (uint32_t i = 0; (name = snell_aov_name(i, &channels, NULL)) != NULL; i++) {
+        if (strlen(name) != length || strncmp(name, list, length) != 0) continue;
+        while ((channels = strchr(channels, ' ')) != NULL) channels++, count++;
+        break;
     }
+    return count;
+}
+
+int output_check_aovs(const output *out, const char *list) {
+    if (list == NULL || *list == '\0' || !output_has_aov_files(out)) return EXIT_DONE;
+    if (is_standard(out)) {
+        return report_usage("--format exr has room for them, --aov none leaves them out",
+                            "--aov: standard output takes one picture");
+    }
+    bool numbers = strcasecmp(path_extension(out->path), "pfm") == 0;
+    for (const char *at = list; numbers && *at != '\0';) {
+        size_t length = strcspn(at, ",");
+        if (channel_count(at) > 3) {
+            return report_usage("write .exr, or .png to look at it",
+                                "--aov: '%.*s' has more channels than a .pfm", (int)length, at);
+        }
+        at += length + (at[length] == ',');
+    }
+    return EXIT_DONE;
+}
+
+char *output_aov_path(const char *path, const char *name) {
+    const char *extension = path_extension(path);
+    size_t stem = strlen(path) - strlen(extension), size = strlen(path) + strlen(name) + 2;
+    char *made = malloc(size);
+    if (made == NULL) return NULL;
+    snprintf(made, size, "%.*s%s.%s", (int)stem, path, name, extension);
+    for (char *c = made + stem; c < made + stem + strlen(name); c++)
+        if (strchr("/\\:*?\"<>|", *c) != NULL || (unsigned char)*c <= ' ') *c = '_';
+    return made;
+}
+
+static int write_aov(const output *out, const snell_film *film, const snell_image_desc *desc,
+                     const char *path, const char *name) {
+    snell_image_desc one = *desc;
+    char *place = output_aov_path(path, name);
+    one.aov = name;
+    if (place == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
+    int code = check_owner(out, place);
+    if (code == EXIT_DONE) {
+        snell_status status = snell_film_write(film, place, &one);
+        if (status != SNELL_OK) code = report_status(status, place);
+    }
+    free(place);
+    return code;
+}
+
+/* ---- writing ---- */
+
+static int write_files(const output *out, const snell_film *film, const snell_image_desc *desc,
+                       const char *path) {
+    snell_aov aov;
+    snell_status status = snell_film_write(film, path, desc);
+    int code = status == SNELL_OK ? EXIT_DONE : report_status(status, path);
+    bool files = output_has_aov_files(out);
+    for (uint32_t i = 0; files && code == EXIT_DONE && snell_film_aov(film, i, &aov); i++)
+        code = write_aov(out, film, desc, path, aov.name);
+    return code;
+}
+
+int output_write(const output *out, const snell_film *film, const snell_image_desc *desc) {
+    if (!is_standard(out)) return write_files(out, film, desc, out->path);
     void *data = NULL;
     size_t size = 0;
     snell_status status = snell_film_encode(film, out->format, desc, &data, &size);
@@ -294,10 +371,7 @@ int output_write_partial(const output *out, const snell_film *film, const snell_
     if (partial == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
     snprintf(partial, size, "%.*spartial.%s", (int)stem, out->path, extension);
     int code = check_owner(out, partial);
-    if (code == EXIT_DONE) {
-        snell_status status = snell_film_write(film, partial, desc);
-        if (status != SNELL_OK) code = report_status(status, partial);
-    }
+    if (code == EXIT_DONE) code = write_files(out, film, desc, partial);
     if (code == EXIT_DONE)
         *path = partial;
     else

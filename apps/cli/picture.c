@@ -29,6 +29,7 @@ static void read_tag(const char *real, picture_file *p) {
     snell_picture_info info = {.struct_size = sizeof info};
     bool known = snell_picture_read_info(real, &info) == SNELL_OK; /* HDR and JPEG have none */
     p->tag = known ? info.tag : NULL;
+    if (known) snell_free(info.layers);
     if (p->tag != NULL) p->parsed = tag_read(p->tag);
 }
 

@@ -75,6 +75,7 @@ static int run_job(job *j) {
     if (code == EXIT_DONE && j->stage.options->value[OPT_STRIP] == NULL)
         code = stage_status(&j->stage, snell_scene_hash(j->stage.scene, &j->stage.hash));
     if (code == EXIT_DONE) code = stage_prepare(&j->stage);
+    if (code == EXIT_DONE) code = output_check_aovs(&j->output, j->stage.desc.aov);
     j->build = progress_seconds() - j->load;
     if (code == EXIT_DONE) code = render_and_write(j);
     progress_end();
@@ -94,6 +95,22 @@ static double rays_per_second(const snell_render_stats *s) {
     return s->seconds > 0 ? (double)rays_total(s) / s->seconds : 0;
 }
 
+/* With a picture that holds them their names, else their files. */
+static void say_aovs(const job *j) {
+    snell_aov aov;
+    char text[400] = "";
+    for (uint32_t i = 0; snell_film_aov(j->film, i, &aov) && strlen(text) < 300; i++) {
+        char *file = output_has_aov_files(&j->output)
+                         ? output_aov_path(j->output.path, aov.name) : strdup(aov.name);
+        size_t used = strlen(text);
+        snprintf(text + used, sizeof text - used, "%s%.90s", i > 0 ? ", " : "",
+                 file != NULL ? file : aov.name);
+        free(file);
+        if (strlen(text) >= 300) snprintf(text + strlen(text), 8, ", ..");
+    }
+    if (text[0] != '\0') report_note("with %s", text);
+}
+
 static void say_done(const job *j) {
     uint32_t width = 0, height = 0;
     snell_film_pixels(j->film, &width, &height, NULL);
@@ -109,6 +126,7 @@ static void say_done(const job *j) {
                     snell_isa_name(snell_context_isa(j->stage.session->context)), memory);
     }
     double total = progress_seconds();
+    say_aovs(j);
     report_note("%s  %" PRIu32 "x%" PRIu32 "  %s  %" PRIu32 " sample%s  %.*f s", name, width,
                 height, integrator_name(j->stage.desc.integrator), j->stage.desc.samples,
                 j->stage.desc.samples == 1 ? "" : "s", total < 10 ? 2 : 1, total);
@@ -160,6 +178,26 @@ static void json_seconds(json_t *root, const job *j) {
     json_object_set_new(root, "seconds", seconds);
 }
 
+static void json_aovs(json_t *root, const job *j) {
+    json_t *list = json_array();
+    snell_aov aov;
+    for (uint32_t i = 0; snell_film_aov(j->film, i, &aov); i++) {
+        json_t *item = json_object(), *channels = json_array();
+        char name[256];
+        for (uint32_t c = 0; c < aov.channel_count; c++)
+            if (snell_film_aov_channel(j->film, i, c, name, sizeof name) == SNELL_OK)
+                json_array_append_new(channels, report_text(name));
+        char *file = output_has_aov_files(&j->output)
+                         ? output_aov_path(j->output.path, aov.name) : strdup(j->output.path);
+        json_object_set_new(item, "name", report_text(aov.name));
+        json_object_set_new(item, "channels", channels);
+        json_object_set_new(item, "output", report_text(file != NULL ? file : ""));
+        json_array_append_new(list, item);
+        free(file);
+    }
+    json_object_set_new(root, "aovs", list);
+}
+
 static void json_picture(json_t *root, const job *j) {
     uint32_t width = 0, height = 0;
     char hash[32], weight[32];
@@ -184,6 +222,7 @@ static void json_picture(json_t *root, const job *j) {
     json_object_set_new(root, "dropped_weight", json_real(j->stats.dropped_weight));
     snprintf(hash, sizeof hash, "%016" PRIx64, snell_film_hash(j->film));
     json_object_set_new(root, "image_hash", json_string(hash));
+    json_aovs(root, j);
     json_object_set_new(root, "added", report_text(j->stage.added));
 }
 
@@ -271,6 +310,8 @@ static int render_all(session *s, const render_values *values) {
 
 int render_command(const options *o) {
     render_values values;
+    const char *aov = o->value[OPT_AOV];
+    if (aov != NULL && strcmp(aov, "list") == 0) return help_aovs();
     if (o->operands.count == 0) {
         return report_usage("such as: snell render duck.glb; 'snell example' prints scenes",
                             "render needs a FILE");

@@ -79,6 +79,7 @@ static int apply_settings(stage *s) {
         d->filter = v->filter;
     }
     if (v->filter_radius > 0) d->filter_radius = v->filter_radius;
+    if (v->aov != NULL) d->aov = v->aov;
     d->progress = progress_report;
     return apply_size(s);
 }

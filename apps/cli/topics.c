@@ -357,6 +357,16 @@ static const char environment_text[] =
     "The command line beats the environment. Another SNELL_* gets a warning. There is no\n"
     "configuration file.";
 
+static const char aovs_text[] =
+    "  snell scene.lua --aov depth,normal -o scene.exr    all in one file\n"
+    "  snell scene.lua --aov depth,normal                 scene.png, scene.depth.png, ..\n"
+    "  render { aov = \"depth,normal\" }                   the same in a scene\n"
+    "\n"
+    "AOVs are layers beside the picture, which stays as it is. Surface values are of\n"
+    "the first surface that a camera ray meets: glass and mirrors too; what is there\n"
+    "in part counts in part. An .exr and a .pfm hold the numbers, other files show\n"
+    "them. Each with its channels in an .exr:\n";
+
 const help_topic help_topics[] = {
     {"formats", NULL, "the files that are read and written", NULL, false},
     {"scene", NULL, "the scene language", scene_text, false},
@@ -369,6 +379,7 @@ const help_topic help_topics[] = {
     {"textures", "texture", "what varies over a surface", textures_text, false},
     {"integrators", NULL, "how light is followed", integrators_text, false},
     {"tonemaps", NULL, "from radiance to a screen's colours", tonemaps_text, false},
+    {"aovs", NULL, "layers beside the picture: depth, normals, mattes, light by kind", aovs_text, false},
     {"units", NULL, "what the numbers of a scene mean", units_text, false},
     {"exit", NULL, "what the exit code says", exit_text, false},
     {"environment", NULL, "variables that snell reads", environment_text, false},
@@ -477,6 +488,7 @@ static const struct {
     {{"motion"}, "blur|motion_blur|keyframe|keyframes|keys"},
     {{"transform"}, "translate|rotate|scale|look_at|matrix|shear|move|turn"},
     {{"integrators"}, "appel|whitted|cook|path|kajiya|raytracing|pathtracing"},
+    {{"aovs"}, "aov|layer|layers|depth|normals|albedo|cryptomatte|passes|pass|motion_vectors"},
     {{"tonemaps"}, "tonemap|clip|reinhard|neutral"},
     {{"formats"}, "gltf|glb|obj|ply|stl|nff|lua|png|exr|pfm|ppm|file|files"},
 };

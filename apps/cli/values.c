@@ -249,11 +249,38 @@ static int read_filter(const options *o, render_values *v) {
     return code;
 }
 
+/* A name that the library would not know is an error before any work. */
+static int check_aov(const char *name, size_t length) {
+    const char *names[64], *near;
+    char word[48], hint[96] = "'snell help aovs' lists them";
+    size_t count = 0;
+    snprintf(word, sizeof word, "%.*s", (int)length, name);
+    while (count < 64 && (names[count] = snell_aov_name((uint32_t)count, NULL, NULL)) != NULL)
+        if (strcmp(names[count++], word) == 0) return EXIT_DONE;
+    near = text_closest(word, names, count);
+    if (near != NULL) snprintf(hint, sizeof hint, "did you mean '%s'?", near);
+    return report_usage(hint, "--aov: there is no '%s'", word);
+}
+
+static int read_aov(const options *o, render_values *v) {
+    const char *list = o->value[OPT_AOV];
+    int code = EXIT_DONE;
+    v->aov = list != NULL && strcmp(list, "none") == 0 ? "" : list;
+    for (const char *at = v->aov; at != NULL && *at != '\0' && code == EXIT_DONE;) {
+        size_t length = strcspn(at, ",");
+        code = check_aov(at, length);
+        at += length + (at[length] == ',');
+    }
+    if (list != NULL && *list == '\0') code = check_aov("", 0);
+    return code;
+}
+
 int values_read(const options *o, render_values *v) {
     memset(v, 0, sizeof *v);
     int code = read_picture(o, v);
     if (code == EXIT_DONE) code = read_rendering(o, v);
     if (code == EXIT_DONE) code = read_filter(o, v);
+    if (code == EXIT_DONE) code = read_aov(o, v);
     if (code == EXIT_DONE) code = values_read_frames(o, &v->frame_first, &v->frame_last);
     v->many_frames = o->value[OPT_FRAMES] != NULL;
     if (code == EXIT_DONE && o->value[OPT_CAMERA] != NULL && v->has_view) {

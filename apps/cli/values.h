@@ -35,6 +35,7 @@ typedef struct render_values {
     float filter_radius;              /* 0: not given */
     uint32_t frame_first, frame_last; /* 0: not given; of --frame both are the same */
     bool many_frames;                 /* --frames */
+    const char *aov;                  /* NULL: not given; "": none */
 } render_values;
 
 enum { FRAME_MAX = 1000000 };

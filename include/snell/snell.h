@@ -563,6 +563,9 @@ typedef struct snell_render_desc {
     uint32_t
         wave_size; /* rays traced at once per worker, over 4096 as 4096; 0: chosen; the picture does
                       not depend on it */
+    /* AOVs (snell_aov_name lists them), as in "depth,normal"; NULL or "": none. They change nothing
+     * in the picture. Of snell_scene_settings: the scene's, until its next edit. */
+    const char *aov;
     snell_progress_fn *progress;
     void *user;
     bool timed; /* the stats tell the seconds by phase, for a few looks at the clock each wave */
@@ -612,12 +615,19 @@ SNELL_API snell_status snell_scene_settings(const snell_scene *scene, snell_inte
 SNELL_API snell_status snell_scene_project(const snell_scene *scene, const snell_render_desc *desc,
                                            const snell_vec3 *points, snell_vec2 *pixels,
                                            size_t count);
+
+/* ---- films, and pictures to files -------------------------------------------------------------- */
+
 typedef struct snell_image_desc {
     size_t struct_size;
     const char *tonemap; /* "clip", "neutral", ...; NULL: the film's default from its scene */
     float exposure;      /* stops, -50 to 50 */
     bool exposure_set;   /* false: the film's default from its scene */
     const char *tag; /* text stored in the file (PNG "snell" chunk, EXR attribute); NULL: none */
+    /* The AOV of this name instead of the picture: for a screen as it is best seen (light as the
+     * picture is, depth from near to far, normals as colours), in linear files its numbers, of up to
+     * three channels. NULL: the picture; then .exr has all AOVs too, each a part of its own. */
+    const char *aov;
 } snell_image_desc;
 static inline snell_image_desc snell_image_desc_init(size_t struct_size) {
     snell_image_desc desc;
@@ -643,6 +653,28 @@ SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width
 SNELL_API const char *snell_film_look(const snell_film *film, float *exposure);
 SNELL_API uint64_t snell_film_hash(const snell_film *film); /* the image hash: of size, channels and
                                                                every bit of the linear film */
+
+/* An AOV (arbitrary output variable) is what a pixel is told beside its light, such as depth. By
+ * index: the name, NULL at the end; the channels' names in an OpenEXR file, with blanks between, and a
+ * line of help go to *channels and *help (may be NULL). All are static. */
+SNELL_API const char *snell_aov_name(uint32_t index, const char **channels, const char **help);
+
+/* An AOV of a film. `light` becomes one for each light, "light.lamp". */
+typedef struct snell_aov {
+    const char *name;
+    uint32_t channel_count;
+    const float *pixels;  /* interleaved, rows as of snell_film_pixels */
+    const char *manifest; /* of a Cryptomatte: JSON, names to ids in hexadecimal; else "" */
+} snell_aov;
+/* The film's AOVs by index, in the order of snell_aov_name; false: there are no more. Borrowed until
+ * the next render or destroy; after SNELL_CANCELLED those of the blocks that were done. The film can be
+ * read by many threads while none changes it. */
+SNELL_API bool snell_film_aov(const snell_film *film, uint32_t index, snell_aov *out);
+/* The name in an OpenEXR file of one of its channels, such as "N.X"; written to `out`, with its 0 cut
+ * off at `size`. SNELL_ERR_ARGUMENT: there is none of these numbers. */
+SNELL_API snell_status snell_film_aov_channel(const snell_film *film, uint32_t index,
+                                              uint32_t channel, char *out, size_t size);
+
 /* By extension: .png (8 bit sRGB) .exr (32-bit linear) .pfm (linear) .ppm (8 bit sRGB). The file is
  * the old one or the complete new one, never half written. */
 SNELL_API snell_status snell_film_write(const snell_film *film, const char *path,
@@ -780,6 +812,9 @@ typedef struct snell_picture_info {
     char format[8]; /* "png", "exr", "pfm", "ppm" */
     uint32_t width, height, channels, bits;
     char *tag; /* how snell made it; "" when snell did not; freed with snell_free */
+    /* What an OpenEXR file has beside its colours: a line each, "depth: Z", the part's name and its
+     * channels, or the channels alone; "" when nothing; freed with snell_free. */
+    char *layers;
 } snell_picture_info;
 SNELL_API snell_status snell_picture_read_info(
     const char *path, snell_picture_info *out); /* out->struct_size set by the caller */

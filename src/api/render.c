@@ -8,7 +8,10 @@
 
 #include <stdio.h>
 #include "base/memory.h"
-#include "image/write.h"
+#include "image/aov.h"
+#include "image/codec.h"
+#include "base/file.h"
+#include "integrators/aov.h"
 #include "render/notes.h"
 #include "scene/settings.h"
 
@@ -97,7 +100,8 @@ static snell_status settings(const snell_scene *s, snell_integrator which, snell
         .filter_radius = r->filter_radius,
         .pixel_center = r->pixel_center,
         .transparent = has_clear_background(s->description),
-        .seed = (uint64_t)r->seed};
+        .seed = (uint64_t)r->seed,
+        .aov = r->aov[0] ? r->aov : NULL};
     return SNELL_OK;
 }
 
@@ -277,8 +281,21 @@ snell_status prepare_render(const snell_scene *s, const snell_render_desc *r,
 
 static snell_status render(const snell_scene *s, const snell_render_desc *r, snell_film *out) {
     prepared_render prepared;
-    snell_status status = prepare_render(s, r, &prepared);
+    aov_set aovs;
+    aov_plan *plan = NULL;
+    snell_status status = aov_parse(r->aov, &aovs);
+    if (!status) status = prepare_render(s, r, &prepared);
     if (status) return status;
+    if (aovs) status = aov_plan_create(aovs, &prepared.options.wave, s->description, &plan);
+    if (status) {
+        prepared_render_free(&prepared);
+        return status;
+    }
+    if (plan && aov_plan_is_crowded(plan))
+        log_write(&s->context->log, SNELL_WARNING, (source_place){0},
+                  "lights of one name share a layer",
+                  "there are more lights than layers: some are in light.other");
+    prepared.options.wave.aovs = plan;
     keep_look(s, out);
     status = render_film(&prepared.options, s->context->pool, &out->film, &out->stats);
     if (out->stats.film_overflows > 0)
@@ -286,6 +303,7 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
                   "lights and emission should be under 1e13",
                   "%llu times light was too bright to count: it is missing from the picture",
                   (unsigned long long)out->stats.film_overflows);
+    aov_plan_destroy(plan);
     prepared_render_free(&prepared);
     return status;
 }
@@ -383,6 +401,42 @@ const char *snell_film_look(const snell_film *f, float *exposure) {
     return tonemap_find(word, &map) ? tonemaps[0]->name : map->name;
 }
 
+/* ---- AOVs ---- */
+
+const char *snell_aov_name(uint32_t index, const char **channels, const char **help) {
+    static _Thread_local char text[AOV_CHANNELS_MAX * 24];
+    if (index >= AOV_COUNT) return NULL;
+    const aov_info *info = &aov_table[index];
+    size_t used = 0;
+    for (const char *at = info->channels; *at; at += strcspn(at, "|"), at += *at == '|')
+        used += (size_t)snprintf(text + used, sizeof text - used, "%s%s%.*s", used ? " " : "",
+                                 info->layer, (int)strcspn(at, "|"), at);
+    if (channels) *channels = text;
+    if (help) *help = info->help;
+    return info->name;
+}
+
+bool snell_film_aov(const snell_film *f, uint32_t index, snell_aov *out) {
+    if (f == NULL || out == NULL || index >= f->film.layer_count) return false;
+    const film_layer *layer = &f->film.layers[index];
+    *out = (snell_aov){layer->name, layer->channels, layer->pixels,
+                       layer->manifest ? layer->manifest : ""};
+    return true;
+}
+
+snell_status snell_film_aov_channel(const snell_film *f, uint32_t index, uint32_t channel,
+                                    char *out, size_t size) {
+    if (f == NULL || out == NULL || size == 0)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
+    if (index >= f->film.layer_count || channel >= f->film.layers[index].channels)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "the film has no channel %u of an AOV %u",
+                         channel, index);
+    char name[AOV_NAME_MAX];
+    aov_channel_name(&f->film.layers[index], channel, name);
+    snprintf(out, size, "%s", name);
+    return SNELL_OK;
+}
+
 uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) : 0; }
 
 /* ---- pictures ---- */
@@ -403,12 +457,56 @@ static snell_status image_settings(const snell_film *f, const snell_image_desc *
     return tonemap_find(named ? desc->tonemap : snell_film_look(f, NULL), &out->map);
 }
 
+static snell_status find_layer(const snell_film *f, const char *name, const film_layer **out) {
+    const char *names[64], *near;
+    char hint[96] = "it has none: set snell_render_desc.aov";
+    size_t count = f->film.layer_count;
+    for (size_t i = 0; i < count; i++) {
+        *out = &f->film.layers[i];
+        if (strcmp((*out)->name, name) == 0) return SNELL_OK;
+        if (i < 64) names[i] = (*out)->name;
+    }
+    near = count ? closest_word(name, names, count < 64 ? count : 64) : NULL;
+    if (near)
+        snprintf(hint, sizeof hint, "did you mean '%.60s'?", near);
+    else if (count)
+        snprintf(hint, sizeof hint, "it has '%.60s'", names[0]);
+    return error_set(SNELL_ERR_ARGUMENT, hint, "the film has no AOV '%s'", name);
+}
+
+/* A picture of one AOV, made in *room, for a format. */
+static snell_status show_layer(const snell_film *f, const image_codec *codec, const char *name,
+                               film *room, image_options *options) {
+    const film_layer *layer = NULL;
+    bool is_light = true;
+    snell_status status = find_layer(f, name, &layer);
+    if (!status)
+        status = codec->linear ? aov_values(layer, room) : aov_show(layer, room, &is_light);
+    if (is_light) return status;
+    options->exposure = 0;
+    options->map = tonemaps[0];
+    return status;
+}
+
 static snell_status encode(const snell_film *f, const image_codec *codec,
                            const snell_image_desc *desc, void **data, size_t *size) {
     image_options options;
+    film one = {.pixels = NULL};
+    image_pixels pixels = {.data = f->film.pixels,
+                           .width = f->film.width,
+                           .height = f->film.height,
+                           .channels = f->film.channels,
+                           .layers = f->film.layers,
+                           .layer_count = f->film.layer_count};
     snell_status status = image_settings(f, desc, &options);
-    image_pixels pixels = {f->film.pixels, f->film.width, f->film.height, f->film.channels};
-    return status ? status : image_encode(codec, &pixels, &options, data, size);
+    if (!status && desc && desc->aov) {
+        status = show_layer(f, codec, desc->aov, &one, &options);
+        pixels = (image_pixels){
+            .data = one.pixels, .width = one.width, .height = one.height, .channels = one.channels};
+    }
+    if (!status) status = image_encode(codec, &pixels, &options, data, size);
+    film_free(&one);
+    return status;
 }
 
 snell_status snell_film_encode(const snell_film *f, const char *format,
@@ -426,12 +524,14 @@ snell_status snell_film_encode(const snell_film *f, const char *format,
 snell_status snell_film_write(const snell_film *f, const char *path, const snell_image_desc *desc) {
     if (f == NULL || path == NULL)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_write: an argument is NULL");
-    image_options options;
-    snell_status status = image_settings(f, desc, &options);
-    if (status) return status;
-    image_pixels pixels = {f->film.pixels, f->film.width, f->film.height, f->film.channels};
+    const image_codec *codec;
+    void *data = NULL;
+    size_t size;
     unsigned saved = floatenv_enter();
-    status = image_write(path, &pixels, &options);
+    snell_status status = image_codec_for_path(path, &codec);
+    if (!status) status = encode(f, codec, desc, &data, &size);
+    if (!status) status = file_write_atomic(path, data, size);
+    free(data);
     floatenv_leave(saved);
     return status;
 }
@@ -449,7 +549,8 @@ snell_status snell_picture_read_info(const char *path, snell_picture_info *out) 
                                 .height = info.height,
                                 .channels = info.channels,
                                 .bits = info.bits,
-                                .tag = info.tag};
+                                .tag = info.tag,
+                                .layers = info.layers};
     memcpy(out->format, info.format, sizeof out->format);
     return SNELL_OK;
 }

@@ -56,12 +56,25 @@ bool camera_ray(const camera_type *type, const camera_frame *frame, const camera
     return true;
 }
 
-bool camera_project(const camera_type *type, const camera_frame *frame, float time, dvec3 p,
-                    double *x, double *y) {
+/* From the origin, in the camera's own space. false: it has no size. */
+static bool to_own_space(const camera_frame *frame, float time, dvec3 p, dvec3 *v) {
     if (frame->motion) {
         transform at = motion_transform(frame->motion, time), back;
         if (!transform_inverse(&at, &back)) return false;
         p = transform_point(&back, p);
     }
-    return type->project(frame, dvec3_sub(p, dvec3_from(frame->origin)), x, y);
+    *v = dvec3_sub(p, dvec3_from(frame->origin));
+    return true;
+}
+
+bool camera_project(const camera_type *type, const camera_frame *frame, float time, dvec3 p,
+                    double *x, double *y) {
+    dvec3 v;
+    return to_own_space(frame, time, p, &v) && type->project(frame, v, x, y);
+}
+
+double camera_depth(const camera_type *type, const camera_frame *frame, float time, dvec3 p) {
+    dvec3 v;
+    if (!to_own_space(frame, time, p, &v)) return 0;
+    return type->has_plane ? dvec3_dot(v, frame->forward) : dvec3_length(v);
 }

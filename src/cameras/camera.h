@@ -52,6 +52,7 @@ typedef struct camera_type {
     /* The place in the picture where a point is seen, from the middle of the lens; v: from the origin,
      * in the camera's own space. false: nowhere, as what is behind a perspective one. */
     bool (*project)(const camera_frame *frame, dvec3 v, double *x, double *y);
+    bool has_plane; /* its picture is one of a plane: depth counts along the axis, not along rays */
 } camera_type;
 
 extern const camera_type *const camera_types[];
@@ -69,6 +70,10 @@ bool camera_ray(const camera_type *type, const camera_frame *frame, const camera
 /* The same for a point of the world, at a time. */
 bool camera_project(const camera_type *type, const camera_frame *frame, float time, dvec3 p,
                     double *x, double *y);
+
+/* How deep in the picture a point of the world is, metres: along the camera's axis, or where that has
+ * no meaning (panorama, fisheye) from the eye. */
+double camera_depth(const camera_type *type, const camera_frame *frame, float time, dvec3 p);
 
 #define PERSPECTIVE_FIELDS(F, T)                                                                   \
     CAMERA_FIELDS(F, T)                                                                            \

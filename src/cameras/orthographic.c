@@ -39,4 +39,5 @@ const camera_type camera_orthographic = {
     .prepare = prepare,
     .ray = make_ray,
     .project = project,
+    .has_plane = true,
 };

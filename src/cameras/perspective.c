@@ -63,4 +63,5 @@ const camera_type camera_perspective = {
     .prepare = prepare,
     .ray = make_ray,
     .project = project,
+    .has_plane = true,
 };

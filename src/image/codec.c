@@ -101,7 +101,8 @@ bool image_info_set_tag(image_info *info, const uint8_t *text, size_t size) {
 
 void image_info_free(image_info *info) {
     free(info->tag);
-    info->tag = NULL;
+    free(info->layers);
+    info->tag = info->layers = NULL;
 }
 
 snell_status image_parse_info(const uint8_t *data, size_t size, image_info *out) {
@@ -111,6 +112,8 @@ snell_status image_parse_info(const uint8_t *data, size_t size, image_info *out)
         if (!image_codecs[i]->read_info(data, size, &info, &status)) continue;
         if (!status && info.tag == NULL && !image_info_set_tag(&info, NULL, 0))
             status = error_no_memory();
+        if (!status && info.layers == NULL) info.layers = memory_copy_string("");
+        if (!status && info.layers == NULL) status = error_no_memory();
         if (status) {
             image_info_free(&info);
             return status;

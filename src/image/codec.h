@@ -4,6 +4,7 @@
 #define SNELL_IMAGE_CODEC_H
 
 #include "base/error.h"
+#include "image/film.h"
 #include "image/tonemap.h"
 
 /* Linear radiance, interleaved, rows top first. */
@@ -11,6 +12,9 @@ typedef struct image_pixels {
     const float *data;
     uint32_t width, height;
     uint32_t channels; /* 3: RGB; 4: RGBA, premultiplied */
+    /* Of the same size; kept by formats that have_layers. */
+    const film_layer *layers;
+    size_t layer_count;
 } image_pixels;
 
 typedef struct image_options {
@@ -23,7 +27,8 @@ typedef struct image_options {
 typedef struct image_info {
     char format[8]; /* "png" */
     uint32_t width, height, channels, bits;
-    char *tag; /* owned; "" when there is none */
+    char *tag;    /* owned; "" when there is none */
+    char *layers; /* owned; beside the colours, "depth: Z" and a line end each; "" for none */
 } image_info;
 
 /* Encoders append to this. */
@@ -35,7 +40,9 @@ bool image_buffer_add(image_buffer *b, const void *data, size_t size); /* false:
 
 typedef struct image_codec {
     const char *name, *extension, *help;
-    bool has_tag; /* can carry a tag; without, the tag is left out */
+    bool has_tag;    /* can carry a tag; without, the tag is left out */
+    bool linear;     /* floats: neither exposed nor tone-mapped */
+    bool has_layers; /* can carry what a film has beside its light */
     snell_status (*encode)(const image_pixels *pixels, const image_options *options,
                            image_buffer *out);
     /* Is it of this format? Then *status says whether its head makes sense, and *out is filled. The

@@ -1,9 +1,13 @@
 /* OpenEXR: 32-bit linear floats, ZIP, channels R G B (A, premultiplied); the tag is the string
- * attribute "snell". Written by OpenEXRCore into memory; a file's head is read by hand, since a
+ * attribute "snell". A film with layers becomes a file of several parts: the picture, then each
+ * layer, named after it. Written by OpenEXRCore into memory; a file's head is read by hand, since a
  * foreign file must not meet a decoder outside of the sandbox. */
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/memory.h"
+#include "image/aov.h"
 #include "image/codec.h"
 
 static const char attribute[] = "snell";
@@ -49,51 +53,115 @@ static void on_error(exr_const_context_t context, exr_result_t code, const char 
     (void)text;
 }
 
-static exr_result_t write_head(exr_context_t file, const image_pixels *pixels, const char *tag) {
-    static const char *const names[] = {"R", "G", "B", "A"};
+/* What becomes one part of the file. */
+typedef struct exr_part {
+    const char *name; /* NULL: the file has no other */
+    const float *data;
+    uint32_t width, height, channels;
+    const film_layer *layer; /* NULL: the picture */
+} exr_part;
+
+static exr_part part_of(const image_pixels *pixels, size_t index) {
+    if (index == 0)
+        return (exr_part){pixels->layer_count ? "picture" : NULL,
+                          pixels->data,
+                          pixels->width,
+                          pixels->height,
+                          pixels->channels,
+                          NULL};
+    const film_layer *layer = &pixels->layers[index - 1];
+    return (exr_part){layer->name,   layer->pixels,   layer->width,
+                      layer->height, layer->channels, layer};
+}
+
+static void channel_name(const exr_part *p, uint32_t c, char out[AOV_NAME_MAX]) {
+    if (p->layer)
+        aov_channel_name(p->layer, c, out);
+    else
+        snprintf(out, AOV_NAME_MAX, "%c", "RGBA"[c]);
+}
+
+/* Cryptomatte's four attributes, under the first seven digits of the hash of its name. */
+static exr_result_t write_manifest(exr_context_t file, int part, const film_layer *layer) {
+    const char *name = layer->kind->layer;
+    const char *const rows[4][2] = {{"name", name},
+                                   {"hash", "MurmurHash3_32"},
+                                   {"conversion", "uint32_to_float32"},
+                                   {"manifest", layer->manifest}};
+    exr_result_t failed = EXR_ERR_SUCCESS;
+    for (size_t i = 0; !failed && i < sizeof rows / sizeof rows[0]; i++) {
+        char key[64];
+        snprintf(key, sizeof key, "cryptomatte/%.7x/%s", crypto_hash(name) >> 4, rows[i][0]);
+        failed = exr_attr_set_string(file, part, key, rows[i][1]);
+    }
+    return failed;
+}
+
+static exr_result_t write_part_head(exr_context_t file, const exr_part *p, const char *tag) {
     int part;
-    exr_result_t failed = exr_add_part(file, NULL, EXR_STORAGE_SCANLINE, &part);
+    exr_perceptual_treatment_t kind =
+        p->layer ? EXR_PERCEPTUALLY_LINEAR : EXR_PERCEPTUALLY_LOGARITHMIC;
+    exr_result_t failed = exr_add_part(file, p->name, EXR_STORAGE_SCANLINE, &part);
     if (!failed)
-        failed = exr_initialize_required_attr_simple(file, part, (int32_t)pixels->width,
-                                                     (int32_t)pixels->height, EXR_COMPRESSION_ZIP);
+        failed = exr_initialize_required_attr_simple(file, part, (int32_t)p->width,
+                                                     (int32_t)p->height, EXR_COMPRESSION_ZIP);
     if (!failed) failed = exr_set_zip_compression_level(file, part, 4);
-    for (uint32_t c = 0; !failed && c < pixels->channels; c++)
-        failed = exr_add_channel(file, part, names[c], EXR_PIXEL_FLOAT,
-                                 EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1);
-    if (!failed && tag[0]) failed = exr_attr_set_string(file, part, attribute, tag);
+    for (uint32_t c = 0; !failed && c < p->channels; c++) {
+        char name[AOV_NAME_MAX];
+        channel_name(p, c, name);
+        failed = exr_add_channel(file, part, name, EXR_PIXEL_FLOAT, kind, 1, 1);
+    }
+    if (!failed && p->layer && p->layer->manifest) failed = write_manifest(file, part, p->layer);
+    if (!failed && !p->layer && tag[0]) failed = exr_attr_set_string(file, part, attribute, tag);
+    return failed;
+}
+
+static exr_result_t write_head(exr_context_t file, const image_pixels *pixels, const char *tag) {
+    exr_result_t failed = exr_set_longname_support(file, 1);
+    for (size_t i = 0; !failed && i <= pixels->layer_count; i++) {
+        exr_part p = part_of(pixels, i);
+        failed = write_part_head(file, &p, tag);
+    }
     return failed ? failed : exr_write_header(file);
 }
 
 /* Where the channel of this name begins in a pixel; the file sorts them by name. */
-static uint32_t channel_offset(const char *name) {
-    return name[0] == 'R' ? 0 : name[0] == 'G' ? 1 : name[0] == 'B' ? 2 : 3;
+static uint32_t channel_offset(const exr_part *p, const char *name) {
+    char own[AOV_NAME_MAX];
+    uint32_t c = 0;
+    for (; c + 1 < p->channels; c++) {
+        channel_name(p, c, own);
+        if (strcmp(own, name) == 0) break;
+    }
+    return c;
 }
 
-static exr_result_t write_rows(exr_context_t file, const image_pixels *pixels) {
+static exr_result_t write_rows(exr_context_t file, int part, const exr_part *p) {
     exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
     int32_t step = 0;
+    uint32_t offsets[AOV_CHANNELS_MAX];
     bool started = false;
-    exr_result_t failed = exr_get_scanlines_per_chunk(file, 0, &step);
-    for (uint32_t y = 0; !failed && y < pixels->height; y += (uint32_t)step) {
+    exr_result_t failed = exr_get_scanlines_per_chunk(file, part, &step);
+    for (uint32_t y = 0; !failed && y < p->height; y += (uint32_t)step) {
         exr_chunk_info_t chunk;
-        failed = exr_write_scanline_chunk_info(file, 0, (int)y, &chunk);
+        failed = exr_write_scanline_chunk_info(file, part, (int)y, &chunk);
         if (failed) break;
-        failed = started ? exr_encoding_update(file, 0, &chunk, &pipeline)
-                         : exr_encoding_initialize(file, 0, &chunk, &pipeline);
+        failed = started ? exr_encoding_update(file, part, &chunk, &pipeline)
+                         : exr_encoding_initialize(file, part, &chunk, &pipeline);
         if (failed) break;
         for (int16_t c = 0; c < pipeline.channel_count; c++) {
             exr_coding_channel_info_t *channel = &pipeline.channels[c];
-            const float *first = pixels->data + (size_t)y * pixels->width * pixels->channels +
-                                 channel_offset(channel->channel_name);
+            if (!started) offsets[c] = channel_offset(p, channel->channel_name);
+            const float *first = p->data + (size_t)y * p->width * p->channels + offsets[c];
             channel->encode_from_ptr = (const uint8_t *)first;
             channel->user_bytes_per_element = 4;
             channel->user_data_type = EXR_PIXEL_FLOAT;
-            channel->user_pixel_stride = (int32_t)(4 * pixels->channels);
-            channel->user_line_stride = (int32_t)(4 * pixels->channels * pixels->width);
+            channel->user_pixel_stride = (int32_t)(4 * p->channels);
+            channel->user_line_stride = (int32_t)(4 * p->channels * p->width);
         }
-        if (!started) failed = exr_encoding_choose_default_routines(file, 0, &pipeline);
+        if (!started) failed = exr_encoding_choose_default_routines(file, part, &pipeline);
         started = true;
-        if (!failed) failed = exr_encoding_run(file, 0, &pipeline);
+        if (!failed) failed = exr_encoding_run(file, part, &pipeline);
     }
     if (started) exr_encoding_destroy(file, &pipeline);
     return failed;
@@ -109,7 +177,10 @@ static snell_status encode(const image_pixels *pixels, const image_options *opti
     exr_context_t file = NULL;
     exr_result_t failed = exr_start_write(&file, "picture", EXR_WRITE_FILE_DIRECTLY, &setup);
     if (!failed) failed = write_head(file, pixels, options->tag);
-    if (!failed) failed = write_rows(file, pixels);
+    for (size_t i = 0; !failed && i <= pixels->layer_count; i++) {
+        exr_part p = part_of(pixels, i);
+        failed = write_rows(file, (int)i, &p);
+    }
     if (file) {
         exr_result_t closing = exr_finish(&file);
         if (!failed) failed = closing;
@@ -188,26 +259,36 @@ static bool is_attribute(const char *name, const char *type, const char *its_nam
     return strcmp(name, its_name) == 0 && strcmp(type, its_type) == 0;
 }
 
-/* The attributes of the (first) header. */
-static bool read_attributes(exr_reader r, image_info *out, snell_status *status) {
+/* The places of two attributes, empty where there are none. */
+typedef struct exr_header {
+    exr_reader name, channels;
+} exr_header;
+
+/* The attributes of one header, behind which *r then stands. */
+static bool read_attributes(exr_reader *r, exr_header *head, image_info *out,
+                            snell_status *status) {
     bool channels = false, window = false;
+    *head = (exr_header){{NULL, NULL}, {NULL, NULL}};
     for (;;) {
-        const char *name = read_name(&r);
+        const char *name = read_name(r);
         if (name == NULL) return false;
         if (name[0] == '\0') return channels && window;
-        const char *type = read_name(&r);
-        if (type == NULL || r.end - r.at < 4) return false;
-        uint32_t size = little_endian(r.at);
-        r.at += 4;
-        if (size > (size_t)(r.end - r.at)) return false;
-        exr_reader value = {r.at, r.at + size};
-        r.at += size;
+        const char *type = read_name(r);
+        if (type == NULL || r->end - r->at < 4) return false;
+        uint32_t size = little_endian(r->at);
+        r->at += 4;
+        if (size > (size_t)(r->end - r->at)) return false;
+        exr_reader value = {r->at, r->at + size};
+        r->at += size;
         if (is_attribute(name, type, "channels", "chlist")) {
             if (!read_channels(value, out)) return false;
+            head->channels = value;
             channels = true;
         } else if (is_attribute(name, type, "dataWindow", "box2i")) {
             if (!read_window(value, out)) return false;
             window = true;
+        } else if (is_attribute(name, type, "name", "string")) {
+            head->name = value;
         } else if (is_attribute(name, type, attribute, "string") &&
                    !image_info_set_tag(out, value.at, size)) {
             *status = error_no_memory();
@@ -216,11 +297,78 @@ static bool read_attributes(exr_reader r, image_info *out, snell_status *status)
     }
 }
 
+/* ---- the layers, as image_info has them ---- */
+
+enum { LAYERS_SIZE_MAX = 1 << 16 };
+
+typedef struct layer_list {
+    char *text;
+    size_t size, capacity;
+    bool no_memory;
+} layer_list;
+
+/* Names are anybody's: what would break a line does not stay. */
+static void list_text(layer_list *l, const void *text, size_t length, bool as_it_is) {
+    const uint8_t *from = text;
+    if (l->size + length > LAYERS_SIZE_MAX || l->no_memory) return;
+    l->no_memory = !ARRAY_GROW(l->text, l->size, l->capacity, length + 1);
+    if (l->no_memory) return;
+    for (size_t i = 0; i < length; i++)
+        l->text[l->size++] = (char)(from[i] >= ' ' || as_it_is ? from[i] : '?');
+    l->text[l->size] = '\0';
+}
+
+static bool is_color(const char *name) {
+    return name[0] && name[1] == '\0' && strchr("RGBAY", name[0]) != NULL;
+}
+
+/* All channels of a part, but the colours of the first, which has no name here. */
+static void list_part(const exr_header *head, bool first, layer_list *out) {
+    exr_reader r = head->channels;
+    const char *channel;
+    bool begun = false;
+    while ((channel = read_name(&r)) != NULL && channel[0] && r.end - r.at >= 16) {
+        r.at += 16;
+        if (first && is_color(channel)) continue;
+        if (begun) list_text(out, " ", 1, true);
+        if (!begun && !first && head->name.at) {
+            list_text(out, head->name.at, (size_t)(head->name.end - head->name.at), false);
+            list_text(out, ": ", 2, true);
+        }
+        begun = true;
+        list_text(out, channel, strlen(channel), false);
+    }
+    if (begun) list_text(out, "\n", 1, true);
+}
+
+/* Of the headers of further parts only their names count: the file may be longer than what is here. */
+static snell_status read_layers(exr_reader r, const exr_header *first, bool has_parts,
+                                image_info *out) {
+    layer_list list = {NULL, 0, 0, false};
+    list_part(first, true, &list);
+    while (has_parts && r.at < r.end && *r.at) {
+        image_info unused = {.tag = NULL};
+        exr_header head;
+        snell_status status = SNELL_OK;
+        bool fine = read_attributes(&r, &head, &unused, &status);
+        image_info_free(&unused);
+        if (!fine || status) break;
+        list_part(&head, false, &list);
+    }
+    out->layers = list.text;
+    return list.no_memory ? error_no_memory() : SNELL_OK;
+}
+
 static bool read_info(const uint8_t *data, size_t size, image_info *out, snell_status *status) {
     static const uint8_t magic[4] = {0x76, 0x2f, 0x31, 0x01};
+    enum { HAS_PARTS = 16 };
     if (size < 8 || memcmp(data, magic, 4) != 0) return false;
-    if (data[4] != 2 || !read_attributes((exr_reader){data + 8, data + size}, out, status))
+    exr_reader r = {data + 8, data + size};
+    exr_header head;
+    if (data[4] != 2 || !read_attributes(&r, &head, out, status))
         *status = error_set(SNELL_ERR_SYNTAX, NULL, "the EXR file's head is broken");
+    else if (!*status)
+        *status = read_layers(r, &head, (data[5] & HAS_PARTS) != 0, out);
     return true;
 }
 
@@ -230,6 +378,8 @@ const image_codec image_codec_exr = {
     .extension = ".exr",
     .help = "32-bit floats, linear",
     .has_tag = true,
+    .linear = true,
+    .has_layers = true,
     .encode = encode,
     .read_info = read_info,
 };

@@ -26,11 +26,15 @@ double fixed_to(fixed128 value) { return (double)value * 0x1p-80; }
 
 void film_block_clear(film_block *b) { memset(b, 0, sizeof *b); }
 
-/* A sum stays at the largest number whatever the order of what is added: light is not negative. */
-static void add(fixed128 *sum, double value, uint64_t *overflows) {
-    if (!__builtin_add_overflow(*sum, fixed_from(value, overflows), sum)) return;
+/* Whatever the order: light is not negative. */
+void fixed_add(fixed128 *sum, fixed128 value, uint64_t *overflows) {
+    if (!__builtin_add_overflow(*sum, value, sum)) return;
     *sum = value < 0 ? -FIXED128_MAX : FIXED128_MAX;
     (*overflows)++;
+}
+
+static void add(fixed128 *sum, double value, uint64_t *overflows) {
+    fixed_add(sum, fixed_from(value, overflows), overflows);
 }
 
 void film_block_add(film_block *b, uint32_t pixel, dvec3 radiance) {
@@ -49,14 +53,42 @@ snell_status film_resize(film *f, uint32_t width, uint32_t height, uint32_t chan
     if (pixels == NULL)
         return error_set(SNELL_ERR_MEMORY, "make a smaller picture",
                          "no memory for a picture of %u x %u pixels", width, height);
-    free(f->pixels);
+    film_free(f);
     *f = (film){.width = width, .height = height, .channels = channels, .pixels = pixels};
     return SNELL_OK;
 }
 
+static void free_layer(film_layer *l) {
+    free(l->name);
+    free(l->pixels);
+    free(l->manifest);
+}
+
 void film_free(film *f) {
+    for (size_t i = 0; i < f->layer_count; i++) free_layer(&f->layers[i]);
+    free(f->layers);
     free(f->pixels);
     *f = (film){0};
+}
+
+snell_status film_add_layer(film *f, const aov_info *kind, const char *name, uint32_t channels,
+                            const char *manifest) {
+    film_layer made = {.kind = kind,
+                       .name = memory_copy_string(name),
+                       .width = f->width,
+                       .height = f->height,
+                       .channels = channels,
+                       .pixels = memory_zeroed((size_t)f->width * f->height,
+                                               channels * sizeof *made.pixels),
+                       .manifest = manifest ? memory_copy_string(manifest) : NULL};
+    bool room = made.name && made.pixels && (made.manifest || !manifest);
+    if (!room || !ARRAY_GROW(f->layers, f->layer_count, f->layer_capacity, 1)) {
+        free_layer(&made);
+        return error_set(SNELL_ERR_MEMORY, "ask for fewer AOVs, or a smaller picture",
+                         "no memory for the AOV '%s' of %u x %u pixels", name, f->width, f->height);
+    }
+    f->layers[f->layer_count++] = made;
+    return SNELL_OK;
 }
 
 void film_set(film *f, uint32_t x, uint32_t y, const film_block *b, uint32_t pixel,

@@ -23,20 +23,37 @@ typedef struct film_block {
 /* value in units of 2^-80, or 0 with *overflows counted. */
 fixed128 fixed_from(double value, uint64_t *overflows);
 double fixed_to(fixed128 value);
+/* A sum stays at the largest number, whatever the order of what is added, with *overflows counted. */
+void fixed_add(fixed128 *sum, fixed128 value, uint64_t *overflows);
 
 void film_block_clear(film_block *b);
 void film_block_add(film_block *b, uint32_t pixel, dvec3 radiance);
 void film_block_add_alpha(film_block *b, uint32_t pixel, double alpha);
 
+/* What a picture has beside its light, such as depth: image/aov.h says what it is. */
+typedef struct aov_info aov_info;
+typedef struct film_layer {
+    const aov_info *kind;
+    char *name; /* owned; unique in its film */
+    uint32_t width, height, channels;
+    float *pixels;  /* interleaved, rows as the film's */
+    char *manifest; /* owned; of a cryptomatte, JSON; NULL elsewhere */
+} film_layer;
+
 typedef struct film {
     uint32_t width, height, channels; /* channels 3 or 4 (alpha, premultiplied) */
     float *pixels;                    /* rows, top first */
     uint32_t encoded_bits; /* of a file for screens (sRGB), decoded: 8 or 16; 0: linear light */
+    film_layer *layers;    /* owned */
+    size_t layer_count, layer_capacity;
 } film;
 
 snell_status film_resize(film *f, uint32_t width, uint32_t height,
-                         uint32_t channels); /* and clears it */
+                         uint32_t channels); /* and clears it; then it has no layers */
 void film_free(film *f);
+/* One more layer of the film's size, all 0; name and manifest (may be NULL) are copied. */
+snell_status film_add_layer(film *f, const aov_info *kind, const char *name, uint32_t channels,
+                            const char *manifest);
 /* The mean over `samples` of one pixel of a block goes to x, y of the film. */
 void film_set(film *f, uint32_t x, uint32_t y, const film_block *b, uint32_t pixel,
               uint32_t samples);

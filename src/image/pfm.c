@@ -58,6 +58,7 @@ const image_codec image_codec_pfm = {
     .name = "pfm",
     .extension = ".pfm",
     .help = "32-bit floats, linear",
+    .linear = true,
     .encode = encode,
     .read_info = read_info,
 };

@@ -40,7 +40,8 @@ typedef struct exr_channel {
     const char *full, *base; /* the name, and what stands after its last dot */
     const char *layer;       /* what stands before, or the name of the part */
     size_t layer_length;
-    bool is_plain; /* of the first part, without a dot */
+    const char *part; /* the name of the part, "" without one */
+    bool is_plain;    /* of the first part, without a dot */
 } exr_channel;
 
 /* The names belong to the open file; places that stay NULL are 0, alpha 1. */
@@ -52,9 +53,9 @@ typedef struct exr_selection {
 
 static exr_channel channel_of(const char *part_name, int part, const char *name) {
     const char *dot = strrchr(name, '.');
-    if (dot) return (exr_channel){name, dot + 1, name, (size_t)(dot - name), false};
     if (part_name == NULL) part_name = "";
-    return (exr_channel){name, name, part_name, strlen(part_name), part == 0};
+    if (dot) return (exr_channel){name, dot + 1, name, (size_t)(dot - name), part_name, false};
+    return (exr_channel){name, name, part_name, strlen(part_name), part_name, part == 0};
 }
 
 static bool is_color(const char *base) {
@@ -66,6 +67,7 @@ static bool is_color(const char *base) {
 
 static bool is_in_layer(const exr_channel *c, const char *layer) {
     if (layer[0] == '\0') return c->is_plain && is_color(c->base);
+    if (strcmp(c->part, layer) == 0) return true;
     return c->layer_length == strlen(layer) && memcmp(c->layer, layer, c->layer_length) == 0;
 }
 

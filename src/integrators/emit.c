@@ -1,5 +1,6 @@
 /* What policies emit: light to the film, next rays, and shadow rays towards the lights. */
 #include "base/memory.h"
+#include "integrators/aov.h"
 #include "integrators/record.h"
 #include "integrators/wave.h"
 
@@ -13,13 +14,20 @@ void wave_add_coverage(wave *w, const path_ray *r, double alpha) {
     film_block_add_alpha(w->film, r->pixel, alpha);
 }
 
-void emit_radiance(wave *w, const path_ray *r, dvec3 radiance) {
+/* Of which `ambient` is no emission. */
+static void add_from_surface(wave *w, const path_ray *r, dvec3 radiance, dvec3 ambient) {
     if (w->settings.record) record_surface(w, r, radiance);
+    if (w->aovs) aov_surface(w, r, radiance, ambient);
     add_radiance(w, r, radiance);
 }
 
+void emit_radiance(wave *w, const path_ray *r, dvec3 radiance) {
+    add_from_surface(w, r, radiance, (dvec3){0, 0, 0});
+}
+
 void emit_own_light(wave *w, const path_ray *r, const bsdf *b) {
-    emit_radiance(w, r, dvec3_add(b->emission, dvec3_mul(b->ambient, w->settings.scene->ambient)));
+    dvec3 ambient = dvec3_mul(b->ambient, w->settings.scene->ambient);
+    add_from_surface(w, r, dvec3_add(b->emission, ambient), ambient);
 }
 
 /* In a transparent picture the camera sees through to nothing, or to as much of the background as the
@@ -34,15 +42,23 @@ void emit_sky(wave *w, const path_ray *r, light_weight_fn *weight) {
         dvec3 here = l->type->radiance(l, d);
         sees_lights |= l->type->irradiance != NULL; /* a disk in the sky is not all of it */
         if (!(dvec3_largest(here) > 0)) continue;
-        radiance = dvec3_add(radiance, dvec3_scale(here, weight ? weight(w, r, i) : 1));
+        here = dvec3_scale(here, weight ? weight(w, r, i) : 1);
+        if (w->aovs) aov_sky_share(w, i, here);
+        radiance = dvec3_add(radiance, here);
     }
-    if (!sees_lights) radiance = dvec3_add(radiance, scene_background(s, dvec3_from(r->ray.d)));
+    if (!sees_lights) {
+        dvec3 here = scene_background(s, dvec3_from(r->ray.d));
+        if (w->aovs) aov_sky_share(w, NO_ID, here);
+        radiance = dvec3_add(radiance, here);
+    }
+    double alpha = 1;
     if (r->primary && w->settings.transparent) {
-        double alpha = s->background_alpha < 1 ? s->background_alpha : 0;
+        alpha = s->background_alpha < 1 ? s->background_alpha : 0;
         wave_add_coverage(w, r, (double)r->coverage * alpha);
         radiance = dvec3_scale(radiance, alpha);
     }
     if (w->settings.record) record_sky(w, r, radiance);
+    if (w->aovs) aov_sky(w, r, radiance, alpha);
     add_radiance(w, r, radiance);
 }
 
@@ -90,6 +106,7 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
     child->media = *m;
     child->depth = (uint16_t)(r->depth + 1);
     child->kind = (uint8_t)kind;
+    child->route = r->route == RAY_CAMERA ? (uint8_t)kind : r->route;
     child->primary = child->has_differential = false;
     child->coverage = child->drawn_pdf = 0;
     if (w->settings.record) record_child(w, r, child, weight);
@@ -126,6 +143,7 @@ void emit_through_pane(wave *w, const path_ray *r, const shade_point *p, dvec3 w
     child->code = path_code_child(r->code, slot);
     child->ray.mask = UINT32_MAX;
     child->primary = false; /* the pane has covered the pixel */
+    if (child->route == RAY_CAMERA) child->route = RAY_REFRACTED;
     if (material_casts_full_shadow(p->material)) child->drawn_pdf = 0;
 }
 
@@ -149,6 +167,7 @@ static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const 
     if (w->shadow_count == w->settings.wave_size) wave_test_shadows(w);
     const media *m = dvec3_dot(p->n, from->to_light) > 0 ? &r->media : &w->beyond;
     bool met = w->settings.integrator->one_branch && from->pdf > 0;
+    if (w->aovs) aov_waits(w, r);
     /* From the surface to the light: t = 1 is the light itself. */
     shadow_ray *s = &w->shadows[w->shadow_count++];
     scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1, &s->ray);
@@ -180,10 +199,12 @@ void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                 const light_sample *sample, double weight, bool casts_shadow) {
     dvec3 radiance = dvec3_scale(light_reflected(p, b, lobes, sample), weight);
     if (w->settings.record) record_asked(w, r, p, sample, weight, radiance, casts_shadow);
-    if (casts_shadow)
+    if (casts_shadow) {
         push_shadow(w, r, p, sample, radiance);
-    else
-        add_radiance(w, r, radiance);
+        return;
+    }
+    if (w->aovs) aov_asked(w, r, radiance);
+    add_radiance(w, r, radiance);
 }
 
 /* Light from everywhere on matte lobes, with nothing in the way; they look as they do to light along
@@ -200,6 +221,7 @@ static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, co
     }
     dvec3 irradiance = l->type->irradiance(l, p->ns);
     if (w->settings.record) record_irradiance(w, r, sum, irradiance);
+    if (w->aovs) aov_asked(w, r, dvec3_mul(sum, irradiance));
     add_radiance(w, r, dvec3_mul(sum, irradiance));
 }
 

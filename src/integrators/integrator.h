@@ -35,6 +35,7 @@ typedef struct path_ray {
     media media;     /* what it travels in */
     uint16_t depth;  /* camera ray 0, each child one more */
     uint8_t kind;    /* ray_kind */
+    uint8_t route;   /* of the ray that the first surface sent on this way; RAY_CAMERA: none yet */
     bool primary;    /* a camera ray, or one walked on through transparent surfaces */
     bool has_differential;
     float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
@@ -131,6 +132,7 @@ typedef struct wave_settings {
     snell_isa isa;
     struct record *record; /* what one pixel's run is told to (record.h); NULL: nothing is */
     bool timed;            /* the stats have seconds */
+    const struct aov_plan *aovs; /* layers beside the picture (aov.h); NULL: none */
 } wave_settings;
 
 typedef enum wave_phase {
@@ -162,5 +164,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
                                void *user);
 const wave_stats *wave_get_stats(const wave *w);
 size_t wave_memory(const wave *w); /* bytes that it holds */
+/* Of the last block that was rendered; NULL without wave_settings.aovs. */
+const struct aov_block *wave_get_aovs(const wave *w);
 
 #endif

@@ -1,5 +1,6 @@
 /* Shadow rays: first any opaque blocker is asked for, for many rays at once; those that remain walk
  * through everything that lets light through. */
+#include "integrators/aov.h"
 #include "integrators/record.h"
 #include "integrators/wave.h"
 
@@ -105,6 +106,7 @@ void wave_test_shadows(wave *w) {
     accel_occluded(s->accel, w->settings.isa, w->rays, w->blocked, w->shadow_count,
                    &w->stats.shadow_counters);
     if (w->settings.record) record_blocked(w);
+    if (w->aovs) aov_traced_shadows(w);
     for (size_t i = 0; i < w->shadow_count && !w->stopped; i++) {
         if (w->blocked[i]) continue;
         dvec3 arriving = dvec3_from(shadows[i].light);
@@ -115,6 +117,7 @@ void wave_test_shadows(wave *w) {
             if (i % WALKS_BETWEEN_LOOKS == WALKS_BETWEEN_LOOKS - 1) wave_look_up(w);
         }
         if (w->settings.record) record_shadow(w, i, arriving);
+        if (w->aovs) aov_shadow(w, i, arriving);
         film_block_add(w->film, shadows[i].pixel, arriving);
     }
     w->shadow_count = 0;

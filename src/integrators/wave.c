@@ -6,6 +6,7 @@
 
 #include "base/memory.h"
 #include "base/thread.h"
+#include "integrators/aov.h"
 #include "integrators/differential.h"
 #include "integrators/record.h"
 #include "integrators/wave.h"
@@ -31,6 +32,10 @@ snell_status wave_create(const wave_settings *settings, wave **out) {
         wave_destroy(w);
         return error_no_memory();
     }
+    if (settings->aovs && aov_block_create(settings->aovs, w->settings.wave_size, &w->aovs)) {
+        wave_destroy(w);
+        return error_no_memory();
+    }
     *out = w;
     return SNELL_OK;
 }
@@ -43,6 +48,7 @@ void wave_destroy(wave *w) {
     free(w->rays);
     free(w->hits);
     free(w->blocked);
+    aov_block_destroy(w->aovs);
     free(w);
 }
 
@@ -64,6 +70,7 @@ wave_phase wave_begin_phase(wave *w, wave_phase next) {
     return last;
 }
 
+const struct aov_block *wave_get_aovs(const wave *w) { return w->aovs; }
 const scene *wave_scene(const wave *w) { return w->settings.scene; }
 uint32_t wave_max_depth(const wave *w) { return w->settings.max_depth; }
 dvec3 wave_eye(const wave *w) { return dvec3_from(w->settings.frame.position); }
@@ -155,12 +162,14 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         return;
     }
     if (r->primary && w->settings.transparent) wave_add_coverage(w, r, (double)r->coverage);
+    if (w->aovs && r->primary) aov_hit(w, r, h, &p, &b);
     bool straight = w->settings.integrator->one_branch && b.alpha >= 1 && wave_goes_straight_on(&b);
     if (straight) b.lobe_count = 0; /* it only shines */
     w->at = h;
     w->settings.integrator->hit(w, r, &p, &b);
     if (straight) {
         r->primary = false; /* the surface has covered the pixel, as one that refracts has */
+        if (r->route == RAY_CAMERA) r->route = RAY_REFRACTED;
         if (material_casts_full_shadow(p.material)) r->drawn_pdf = 0;
         emit_continued(w, r, h, b.lobes[0].weight, &w->beyond);
     }
@@ -183,6 +192,7 @@ static void trace_wave(wave *w, size_t count) {
     accel_trace(w->settings.scene->accel, w->settings.isa, w->rays, w->hits, count,
                 &w->stats.counters);
     wave_begin_phase(w, WAVE_SHADE);
+    if (w->aovs) aov_traced(w, current, count);
     w->next_count = 0;
     /* `path` asks one light at a time. */
     size_t lights = w->settings.integrator->one_branch ? 1 : scene_light_count(w->settings.scene);
@@ -271,7 +281,7 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
     r->code = PATH_CODE_CAMERA;
     r->media = s->camera_media;
     r->depth = 0;
-    r->kind = RAY_CAMERA;
+    r->kind = r->route = RAY_CAMERA;
     r->primary = true;
     r->coverage = 1;
     r->drawn_pdf = 0;
@@ -290,6 +300,7 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     size_t size = w->settings.wave_size;
     solid_take_spent();
     film_block_clear(block);
+    if (w->aovs) aov_block_clear(w->aovs);
     w->film = block;
     w->go_on = go_on;
     w->user = user;

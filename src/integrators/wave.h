@@ -27,6 +27,7 @@ struct wave {
     hit *hits;
     uint8_t *blocked;
     film_block *film;
+    struct aov_block *aovs; /* NULL: none are wanted */
     uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
     media beyond;                              /* of the surface that a policy is asked about */
     const hit *at;                             /* and where that is */

@@ -91,6 +91,26 @@ dvec3 lobe_mirrored(const lobe *l, const bsdf *b, double cosine) {
     return dvec3_scale(reflected, lobe_passing(l, b, cosine, cosine));
 }
 
+/* Phong: 2 pi k_s / (p + 2), exact along the normal; Blinn's lobe is four times as wide. */
+static dvec3 lobe_albedo(const lobe *l, const bsdf *b, double cosine) {
+    double largest = dvec3_largest(l->weight);
+    if (l->share >= 0) return dvec3_scale(l->weight, largest > 0 ? l->share / largest : 0);
+    if (l->type == &lobe_phong) return dvec3_scale(l->weight, 2 * PI / (l->exponent + 2));
+    if (l->type == &lobe_blinn_phong) return dvec3_scale(l->weight, 8 * PI / (l->exponent + 8));
+    if (!l->type->transmits) return lobe_mirrored(l, b, cosine);
+    double reflected = interface_reflected(l, b, cosine), passing = lobe_passing(l, b, cosine, -cosine);
+    return dvec3_scale(dvec3_add(dvec3_scale(l->reflected, reflected),
+                                 dvec3_scale(l->weight, 1 - reflected)),
+                       passing);
+}
+
+dvec3 bsdf_albedo(const bsdf *b, double cosine) {
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < b->lobe_count; i++)
+        sum = dvec3_add(sum, lobe_albedo(&b->lobes[i], b, cosine));
+    return (dvec3){clamp01(sum.x), clamp01(sum.y), clamp01(sum.z)};
+}
+
 /* ---- drawing one direction for all lobes ---- */
 
 static double share_of(const lobe *l, double cosine) {

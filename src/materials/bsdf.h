@@ -118,6 +118,11 @@ double lobe_passing(const lobe *l, const bsdf *b, double cos_o, double cos_i);
  * what its coats keep. */
 dvec3 lobe_mirrored(const lobe *l, const bsdf *b, double cosine);
 
+/* The colour of what the surface sends back or on of light that comes at this cosine, each component
+ * at most 1: the sum of its lobes' weights, where it has them times Fresnel's factor and what coats let
+ * pass. Of rough and of Phong lobes an estimate, of Lambert exactly R. */
+dvec3 bsdf_albedo(const bsdf *b, double cosine);
+
 /* Fresnel's fraction that a smooth one, or a pane, reflects at this cosine; of lobes that transmit. */
 static inline double interface_reflected(const lobe *l, const bsdf *b, double cosine) {
     return l->type->thin ? fresnel_evaluate(&l->fresnel, cosine).x

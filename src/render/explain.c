@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "integrators/record.h"
+#include "scene/names.h"
 
 enum { RAYS_MAX = 1 << 20 };
 
@@ -18,42 +19,16 @@ void explanation_destroy(explanation *e) {
 
 /* ---- names ---- */
 
-static snell_object_info info_of_object(const object *o) {
-    return (snell_object_info){o->type->name, o->name, o->line};
-}
-
-/* Of a shape by its number: an instance's own name and line say more than those of what it draws. */
-static snell_object_info info_of_shape(const scene *s, const description *d, uint32_t number) {
-    shape_path path;
-    scene_find_path(s, number, 0, &path);
-    const scene_instance *at = path.levels[path.count - 1];
-    uint32_t id = s->instance_ids[at - s->instances];
-    if (id == NO_ID) { /* the body of a light */
-        uint32_t body = at->material - s->material_count - 1;
-        const object_list *lights = &d->objects[CATEGORY_LIGHT];
-        for (size_t i = 0; i < lights->count; i++)
-            if (((const light_type *)lights->items[i].type)->shape && body-- == 0)
-                return info_of_object(&lights->items[i]);
-    }
-    const instance *drawn = &d->instances[id];
-    snell_object_info info = info_of_object(&d->objects[CATEGORY_SHAPE].items[drawn->shape]);
-    if (drawn->name[0]) info.name = drawn->name;
-    if (drawn->line) info.line = drawn->line;
-    return info;
-}
-
 static const snell_object_info nobody = {"", "", 0};
+
+static snell_object_info info_of_shape(const scene *s, const description *d, uint32_t number) {
+    return scene_part_info(s, d, scene_part(s, number));
+}
 
 static snell_object_info info_of_light(const scene *s, const description *d,
                                        const recorded_light *l) {
     if (l->light == NO_ID) return nobody;
-    if (l->is_instance) return info_of_shape(s, d, l->light);
-    uint32_t number = l->light;
-    const object_list *lights = &d->objects[CATEGORY_LIGHT];
-    for (size_t i = 0; i < lights->count; i++)
-        if (!((const light_type *)lights->items[i].type)->shape && number-- == 0)
-            return info_of_object(&lights->items[i]);
-    return nobody;
+    return l->is_instance ? info_of_shape(s, d, l->light) : scene_light_info(s, d, l->light);
 }
 
 /* The id of the instance in the world that a shape is drawn by; {0} of the body of a light. */
@@ -70,8 +45,7 @@ static void name_ray(const scene *s, const description *d, recorded_ray *r) {
     if (r->material == NO_ID) return;
     r->said.shape = info_of_shape(s, d, r->said.hit.number);
     r->said.hit.instance = id_of_shape(s, d, r->said.hit.number);
-    if (r->material < s->material_count)
-        r->said.material = info_of_object(&d->objects[CATEGORY_MATERIAL].items[r->material]);
+    r->said.material = scene_material_info(s, d, r->material);
 }
 
 /* ---- order and sums ---- */

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "integrators/aov.h"
 
 typedef struct job job;
 
@@ -100,9 +101,13 @@ static void render_block(void *data, size_t index, uint32_t worker) {
         return;
     }
     for (uint32_t y = y0; y < y1; y++)
-        for (uint32_t x = x0; x < x1; x++)
-            film_set(j->film, x - o->crop_x, y - o->crop_y, w->block,
-                     (y - y0) * (x1 - x0) + (x - x0), o->wave.samples);
+        for (uint32_t x = x0; x < x1; x++) {
+            uint32_t pixel = (y - y0) * (x1 - x0) + (x - x0), left = x - o->crop_x,
+                     top = y - o->crop_y;
+            film_set(j->film, left, top, w->block, pixel, o->wave.samples);
+            if (o->wave.aovs)
+                aov_block_set(wave_get_aovs(w->wave), pixel, o->wave.samples, j->film, left, top);
+        }
     atomic_fetch_add(&j->pixels_done, (uint64_t)(x1 - x0) * (y1 - y0));
 }
 
@@ -169,6 +174,7 @@ snell_status render_film(const render_options *o, thread_pool *pool, film *out,
                          snell_render_stats *stats) {
     snell_status status =
         film_resize(out, o->crop_width, o->crop_height, o->wave.transparent ? 4 : 3);
+    if (!status && o->wave.aovs) status = aov_plan_add_layers(o->wave.aovs, out);
     if (status) return status;
     uint32_t last_x = (o->crop_x + o->crop_width - 1) / FILM_BLOCK,
              last_y = (o->crop_y + o->crop_height - 1) / FILM_BLOCK;

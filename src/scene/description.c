@@ -9,6 +9,7 @@
 #include "cameras/camera.h"
 #include "geometry/primitive.h"
 #include "geometry/user.h"
+#include "image/aov.h"
 #include "lights/light.h"
 #include "materials/material.h"
 #include "scene/settings.h"
@@ -23,6 +24,11 @@ typedef snell_status check_fn(const void *desc);
 
 static const type_info *const settings[] = {&setting_render, &setting_background, &setting_ambient,
                                             &setting_animation};
+
+static snell_status check_render(const void *desc) {
+    aov_set unused;
+    return aov_parse(((const render_desc *)desc)->aov, &unused);
+}
 
 /* The index-th type of a category, NULL at the end; its own check (may be NULL) in *check. */
 static const type_info *registered(category which, uint32_t index, check_fn **check) {
@@ -49,7 +55,9 @@ static const type_info *registered(category which, uint32_t index, check_fn **ch
         *check = camera_types[index]->check;
         return &camera_types[index]->info;
     case CATEGORY_SETTING:
-        return index < sizeof settings / sizeof settings[0] ? settings[index] : NULL;
+        if (index >= sizeof settings / sizeof settings[0]) return NULL;
+        if (settings[index] == &setting_render) *check = check_render;
+        return settings[index];
     default: return NULL;
     }
 }

@@ -120,8 +120,7 @@ static snell_status find_emitters(scene *s, const accel_options *options) {
     return status;
 }
 
-/* The emitters of an instance; NULL: it does not shine. */
-static const surface_light *light_of(const scene *s, uint32_t id) {
+const surface_light *scene_surface_light(const scene *s, uint32_t id) {
     if (s->surface_light_count == 0 || !scene_part(s, id)->shines) return NULL;
     uint32_t low = 0, high = s->surface_light_count - 1;
     while (low < high) {
@@ -196,7 +195,7 @@ static light_bounds bound_seen(const scene *s, const surface_light *l) {
 /* Brightness and place of an emitter, from its middle and three points about it. */
 static light_bounds bound_emitter(const scene *s, const emitter *e) {
     if (scene_part(s, e->instance)->type->area == NULL)
-        return bound_seen(s, light_of(s, e->instance));
+        return bound_seen(s, scene_surface_light(s, e->instance));
     static const sample2 places[4] = {{0.5, 0.5}, {0.2, 0.3}, {0.8, 0.4}, {0.4, 0.85}};
     shape_path path;
     posed_instance room;
@@ -336,7 +335,7 @@ static bool sample_emitter(const scene *s, const emitter *e, const shade_point *
     posed_instance room;
     const scene_instance *at = scene_posed(s, e->instance, time, &room);
     if (at->type->area == NULL)
-        return sample_seen(s, light_of(s, e->instance), at, from_point, time, u, out);
+        return sample_seen(s, scene_surface_light(s, e->instance), at, from_point, time, u, out);
     dvec3 p = from_point->p;
     dvec3 from = at->identity ? p : transform_point(&at->to_local, p);
     surface on;
@@ -366,7 +365,7 @@ static double emitter_pdf(const scene *s, const emitter *e, dvec3 from, const sh
                           float time) {
     posed_instance room;
     const scene_instance *at = scene_posed(s, e->instance, time, &room);
-    if (at->type->area == NULL) return seen_pdf(light_of(s, e->instance), at, from);
+    if (at->type->area == NULL) return seen_pdf(scene_surface_light(s, e->instance), at, from);
     dvec3 to_light = dvec3_sub(on->p, from);
     double distance2 = dvec3_dot(to_light, to_light);
     if (!(distance2 > 0)) return 0;
@@ -514,7 +513,7 @@ bool scene_source_casts_shadow(const scene *s, uint32_t source) {
 
 /* The emitter that a hit lies on, or NO_ID: emitters are in the order of their primitives. */
 static uint32_t find_emitter(const scene *s, uint32_t id, uint32_t primitive) {
-    const surface_light *at = light_of(s, id);
+    const surface_light *at = scene_surface_light(s, id);
     if (at == NULL) return NO_ID;
     if (at->seen) return at->first_emitter;
     uint32_t low = at->first_emitter, end = low + at->emitter_count, high = end;

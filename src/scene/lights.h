@@ -28,6 +28,8 @@ bool scene_sample_light_center(const scene *s, uint32_t index, uint32_t k, const
                                dvec3 eye, float time, light_sample *out);
 uint32_t scene_light_center_count(const scene *s, uint32_t index);
 const light_type *scene_light_type(const scene *s, uint32_t index); /* NULL: a surface light */
+/* What of s->surface_lights a shape is, by its number; NULL: none. */
+const surface_light *scene_surface_light(const scene *s, uint32_t shape);
 
 /* One source for the point p of normal n (0: any orientation). */
 bool scene_choose_source(const scene *s, dvec3 p, dvec3 n, double u, uint32_t *source,

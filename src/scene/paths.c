@@ -152,3 +152,35 @@ snell_status scene_each_shape(const scene *s, bool (*is_wanted)(const scene_inst
                               scene_shape_fn *fn, void *user) {
     return each_part(s, 0, s->instance_count, 0, is_wanted, fn, user);
 }
+
+/* The surface of a hit in the shape's own space, as it is at a time: of what deforms, the same place
+ * of the same triangle. */
+static const scene_instance *local_surface(const scene *s, const ray *r, const hit *h, float time,
+                                           surface *out) {
+    shape_path path;
+    deforming_mesh room;
+    scene_find_path(s, h->instance, r->time, &path);
+    const scene_instance *at = path.levels[path.count - 1];
+    local_ray beam = shape_path_ray(&path, r);
+    at->type->surface(deforming_pose(at->type, at->shape, time, &room), &beam, h, out);
+    return at;
+}
+
+void scene_hit_uv(const scene *s, const ray *r, const hit *h, double uv[2]) {
+    surface on;
+    const scene_instance *at = local_surface(s, r, h, r->time, &on);
+    if (at->type->parametrise) at->type->parametrise(at->shape, &on);
+    uv[0] = on.u;
+    uv[1] = on.v;
+}
+
+dvec3 scene_hit_moved(const scene *s, const ray *r, const hit *h, float time) {
+    surface on;
+    shape_path path;
+    local_surface(s, r, h, time, &on);
+    scene_find_path(s, h->instance, time, &path);
+    for (uint32_t i = path.count; i-- > 0;)
+        if (path.levels[i]->moves || !path.levels[i]->identity)
+            on.p = transform_point(&path.to_world[i], on.p);
+    return on.p;
+}

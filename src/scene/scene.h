@@ -218,6 +218,10 @@ void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d
                          shade_point *point);
 /* Bends ns of a point whose material has a normal map or bump; after the footprint. */
 void scene_bend_normal(const scene *s, shade_point *point);
+/* Of a hit: its texture coordinates; and where its point of the surface is at another time, in the
+ * world (what moves is known while a camera's shutter is open). Slower than what rays need. */
+void scene_hit_uv(const scene *s, const ray *r, const hit *h, double uv[2]);
+dvec3 scene_hit_moved(const scene *s, const ray *r, const hit *h, float time);
 /* A ray from the point into direction d (any length), on the side of n that d points to. */
 void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out);
 

@@ -27,7 +27,9 @@
     F(T, pixel_center, BOOL, DEFAULT(0), ANY, "", "every sample through the pixel's centre")       \
     F(T, exposure, FLOAT, DEFAULT(0), RANGE(-50, 50), "stops", "2^exposure times the light")       \
     F(T, tonemap, CHOICE, DEFAULT(0), CHOICES(TONEMAP_CHOICES), "",                                \
-      "default: clip; neutral for models")
+      "default: clip; neutral for models")                                                         \
+    F(T, aov, STRING, NO_DEFAULT, ANY, "",                                                         \
+      "layers beside the picture, as in \"depth,normal\": 'snell help aovs'")
 DESCRIBE_STRUCT(render, RENDER_FIELDS)
 
 /* The sky: color, or a gradient by the ray's direction d: color + (top - color) (1 + d.y) / 2. */

@@ -1,0 +1,59 @@
+/* AOVs as the wave loop takes them (image/aov.h says what they are). Where wave_settings.aovs is not
+ * NULL, the loop tells what camera rays meet and every contribution to the film; nothing is traced for
+ * them.
+ *
+ *     plan    which layers there are, and the names behind their numbers; read by all workers
+ *     block   the sums of one worker's block, in fixed point as the film's: the order is free
+ *
+ * Surface values are of the first surface that a camera ray does not merely pass: what is there in part
+ * counts with the share of it that is there, glass and mirrors count as themselves. Light is sorted by
+ * the depth of the ray that brought it: `depth` scatterings, one more for what a shadow ray brings. */
+#ifndef SNELL_INTEGRATORS_AOV_H
+#define SNELL_INTEGRATORS_AOV_H
+
+#include "image/aov.h"
+#include "integrators/integrator.h"
+
+/* Lights that have layers of their own; the rest share light.other. */
+enum { LIGHT_LAYERS_MAX = 64 };
+
+typedef struct aov_plan aov_plan;
+/* For the rays of these settings; borrows scene and description. */
+snell_status aov_plan_create(aov_set wanted, const wave_settings *settings, const description *d,
+                             aov_plan **out);
+void aov_plan_destroy(aov_plan *plan);
+/* Adds the layers to a film that has its size. */
+snell_status aov_plan_add_layers(const aov_plan *plan, film *f);
+bool aov_plan_is_crowded(const aov_plan *plan); /* some lights share light.other */
+
+typedef struct aov_block aov_block;
+snell_status aov_block_create(const aov_plan *plan, uint32_t wave_size, aov_block **out);
+void aov_block_destroy(aov_block *b);
+void aov_block_clear(aov_block *b);
+/* One pixel of the block, of so many samples, to x, y of the film's layers. */
+void aov_block_set(const aov_block *b, uint32_t pixel, uint32_t samples, film *f, uint32_t x,
+                   uint32_t y);
+
+/* ---- what the wave loop tells; w->aovs is not NULL ---- */
+#if defined(__GNUC__)
+#define AOV_COLD __attribute__((cold))
+#else
+#define AOV_COLD
+#endif
+/* `count` rays are traced; the waiting shadow rays are. */
+AOV_COLD void aov_traced(wave *w, const path_ray *rays, size_t count);
+AOV_COLD void aov_traced_shadows(wave *w);
+/* A camera ray meets what stops it, or r->coverage of it. */
+AOV_COLD void aov_hit(wave *w, const path_ray *r, const hit *h, const shade_point *p, const bsdf *b);
+/* What is added to the film: by the surface w->at itself, of which `ambient` is no emission; by what a
+ * ray sees that leaves, the shares of registry lights (NO_ID: of the background) first, of which `alpha` counts; by
+ * the light w->asked, with no shadow ray. */
+AOV_COLD void aov_surface(wave *w, const path_ray *r, dvec3 radiance, dvec3 ambient);
+AOV_COLD void aov_sky_share(wave *w, uint32_t number, dvec3 radiance);
+AOV_COLD void aov_sky(wave *w, const path_ray *r, dvec3 radiance, double alpha);
+AOV_COLD void aov_asked(wave *w, const path_ray *r, dvec3 radiance);
+/* The shadow ray towards w->asked that waits next is r's; number `index` of those that wait adds. */
+AOV_COLD void aov_waits(wave *w, const path_ray *r);
+AOV_COLD void aov_shadow(wave *w, size_t index, dvec3 contribution);
+
+#endif
