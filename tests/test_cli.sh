@@ -396,6 +396,100 @@ tag() {
     run 5 info nothing.lua
 }
 
+# ---- layers beside the picture -------------------------------------------------------------------
+aovs() {
+    run 0 render --aov list
+    prints "depth"
+    prints "N.X N.Y N.Z"
+    cp out listed
+    run 0 help aovs
+    prints "render { aov ="
+    while read -r line; do grep -qF -- "$line" out || fail "snell help aovs lacks: $line"; done <listed
+    awk 'length > 79' out listed | grep -q . && fail "a line of help aovs is wider than 79 columns"
+    run 0 my.lua "${small[@]}" -o plain.png
+    run 0 my.lua "${small[@]}" -o layers.png --aov depth,normal,light
+    says "with layers.depth.png, layers.normal.png, layers.light."
+    says "layers.png  64x48"
+    lines err 3
+    exists layers.depth.png
+    exists layers.normal.png
+    [ "$("$snell" compare layers.png plain.png --json | jq .differing)" = 0 ] || fail "--aov changes the picture"
+    run 0 info layers.depth.png
+    prints "--aov=depth,normal,light"
+    cp layers.depth.png before.png
+    PATH=$(dirname "$snell"):$PATH bash -c "$(tail -1 out | sed 's/-o .*/-o layers.png/')" 2>err || fail "the printed command fails"
+    cmp -s layers.depth.png before.png || fail "the printed command makes another depth"
+    run 0 my.lua "${small[@]}" -o numbers.pfm --aov normal --json
+    [ "$(jq -c '.aovs' out)" = '[{"name":"normal","channels":["N.X","N.Y","N.Z"],"output":"numbers.normal.pfm"}]' ] ||
+        fail "--json says: $(jq -c .aovs out)"
+    exists numbers.normal.pfm
+    run 2 my.lua "${small[@]}" -o numbers.pfm --aov normal,crypto_object
+    says "--aov: 'crypto_object' has more channels than a .pfm"
+    run 2 my.lua "${small[@]}" -o bad.png --aov depth,nromal
+    says "--aov: there is no 'nromal'"
+    says "did you mean 'normal'?"
+    absent bad.png
+    run 2 my.lua "${small[@]}" -o bad.png --aov depth,,normal
+    run 2 my.lua "${small[@]}" -o - --aov depth
+    says "standard output takes one picture"
+    [ -s out ] && fail "a picture on standard output after all"
+    # the scene's own list
+    printf 'render { aov = "depth" }\nsphere { radius = 1, name = "a/b" }\n' >own.lua
+    run 0 own.lua "${small[@]}" -o own.png
+    exists own.depth.png
+    run 0 own.lua "${small[@]}" -o none.png --aov none
+    absent none.depth.png
+    printf 'sphere { radius = 1 }\nrender { aov = "dept" }\n' >wrong.lua
+    run 3 wrong.lua "${small[@]}" -o own.png
+    says "wrong.lua:2"
+    says "did you mean 'depth'?"
+    # a file of somebody else's is not overwritten by a layer either
+    cp own.lua layered.lua
+    echo mine >layered.depth.png
+    run 5 layered.lua "${small[@]}"
+    says "layered.depth.png is there already"
+    "$snell" --version | grep -q openexr || { echo "NOT TESTED: this build has no OpenEXR"; return; }
+    run 0 my.lua "${small[@]}" -o layers.exr --aov depth,normal,crypto_object,direct,indirect,emission
+    says "with depth, normal, crypto_object"
+    run 0 info layers.exr
+    prints "depth: Z"
+    prints "normal: N.X N.Y N.Z"
+    run 0 info layers.exr --json
+    [ "$(jq -c '.layers[0]' out)" = '{"name":"depth","channels":"Z"}' ] || fail "info --json: $(jq -c .layers out)"
+    run 0 convert layers.exr normal.pfm --layer normal
+    cp normal.pfm by_part.pfm
+    run 0 convert layers.exr normal.pfm --layer N
+    cmp -s normal.pfm by_part.pfm || fail "--layer N and --layer normal differ"
+    run 0 my.lua "${small[@]}" -o numbers.pfm --aov normal
+    cmp -s normal.pfm numbers.normal.pfm || fail "the layer in .exr is not the one in .pfm"
+    run 2 convert layers.exr x.pfm --layer nromal
+    says "did you mean 'normal'?"
+    "$snell" my.lua "${small[@]}" -o - --format exr --aov depth 2>err | cat >piped.exr
+    run 0 info piped.exr
+    prints "depth: Z"
+    if command -v exrheader >/dev/null; then
+        exrheader layers.exr >header || fail "exrheader does not open it"
+        grep -q 'cryptomatte/3ae39a5/hash .*MurmurHash3_32' header || fail "no cryptomatte in the header"
+        grep -q 'cryptomatte/3ae39a5/conversion .*uint32_to_float32' header || fail "no conversion in the header"
+        grep -qF '"default":' header
+    else
+        echo "NOT TESTED: there is no exrheader (package openexr)"
+    fi
+    # what an interrupt saves has them
+    set -m
+    {
+        "$snell" my.lua -n 100000 --progress none -o long.exr --aov depth >out 2>err &
+        local child=$!
+        sleep 1.5
+        kill -INT $child
+        wait $child
+    } 2>/dev/null
+    set +m
+    run 0 info long.partial.exr
+    prints "depth: Z"
+    prints "stopped before it was done"
+}
+
 # ---- input ---------------------------------------------------------------------------------------
 input() {
     run 3 bad.lua
@@ -685,7 +779,7 @@ language() {
 
 "$snell" example hello >my.lua || fail "there is no example"
 printf '%s\n' '-- a mistake' 'sphere { radus = 1 }' >bad.lua
-for part in table usage pictures sizes crops options_act programs frames output_rule tag input stopping texts contents mistakes language; do
+for part in table usage pictures sizes crops options_act programs frames output_rule tag aovs input stopping texts contents mistakes language; do
     before=$failures
     $part
     [ $failures -eq $before ] && echo "ok: $part"

@@ -53,8 +53,11 @@ static void print_layers(const char *layers) {
         size_t length = strcspn(at, "\n");
         char *line = strndup(at, length);
         printf("%-11s ", at == layers ? "layers" : "");
+        char *first = line != NULL ? strstr(line, ": ") : NULL;
+        char *second = first != NULL && length > 60 ? strchr(first + 2, ' ') : NULL;
+        if (second != NULL) *second = '\0'; /* a Cryptomatte has twelve */
         if (line != NULL) text_print_safe(stdout, line);
-        putchar('\n');
+        puts(second != NULL ? " .." : "");
         free(line);
         at += length + (at[length] == '\n');
     }

@@ -358,9 +358,9 @@ static const char environment_text[] =
     "configuration file.";
 
 static const char aovs_text[] =
-    "  snell scene.lua --aov depth,normal -o scene.exr    all in one file\n"
-    "  snell scene.lua --aov depth,normal                 scene.png, scene.depth.png, ..\n"
-    "  render { aov = \"depth,normal\" }                   the same in a scene\n"
+    "  snell my.lua --aov depth,normal -o my.exr   all in one file\n"
+    "  snell my.lua --aov depth,normal             my.png, my.depth.png, my.normal.png\n"
+    "  render { aov = \"depth,normal\" }            the same in a scene\n"
     "\n"
     "AOVs are layers beside the picture, which stays as it is. Surface values are of\n"
     "the first surface that a camera ray meets: glass and mirrors too; what is there\n"

@@ -492,18 +492,15 @@ static snell_status encode(const snell_film *f, const image_codec *codec,
                            const snell_image_desc *desc, void **data, size_t *size) {
     image_options options;
     film one = {.pixels = NULL};
-    image_pixels pixels = {.data = f->film.pixels,
-                           .width = f->film.width,
-                           .height = f->film.height,
-                           .channels = f->film.channels,
-                           .layers = f->film.layers,
-                           .layer_count = f->film.layer_count};
+    const film *from = &f->film;
     snell_status status = image_settings(f, desc, &options);
     if (!status && desc && desc->aov) {
         status = show_layer(f, codec, desc->aov, &one, &options);
-        pixels = (image_pixels){
-            .data = one.pixels, .width = one.width, .height = one.height, .channels = one.channels};
+        from = &one;
     }
+    options.layers = from->layers;
+    options.layer_count = from->layer_count;
+    image_pixels pixels = {from->pixels, from->width, from->height, from->channels};
     if (!status) status = image_encode(codec, &pixels, &options, data, size);
     film_free(&one);
     return status;

@@ -25,7 +25,7 @@ typedef enum aov_shown {
     AOV_VECTOR_SHOWN, /* 0 is grey; the longest is red, green or dark */
     AOV_ID_SHOWN,     /* a colour by hash */
     AOV_MATTE_SHOWN,  /* the same, mixed by coverage */
-    AOV_HEAT_SHOWN    /* magma, up to the largest value */
+    AOV_HEAT_SHOWN    /* magma of the square root, up to the largest value */
 } aov_shown;
 
 #define CRYPTO_CHANNELS "00.R|00.G|00.B|00.A|01.R|01.G|01.B|01.A|02.R|02.G|02.B|02.A"

@@ -43,13 +43,20 @@ static double place_between(const view *v, uint32_t c, float value) {
     return range > 0 ? ((double)value - (double)v->low[c]) / range : 1;
 }
 
-/* Light and far enough apart: the three bytes of a scrambled number, none of them dark. */
+/* A hue, more or less of it, and how light: from the bits of a scrambled number, none of them dark. */
 static dvec3 color_of(uint32_t id) {
     uint32_t h = id * 0x9e3779b1u;
     h = (h ^ h >> 15) * 0x85ebca6bu;
     h ^= h >> 13;
-    return (dvec3){0.2 + 0.8 * (h & 255) / 255, 0.2 + 0.8 * (h >> 8 & 255) / 255,
-                   0.2 + 0.8 * (h >> 16 & 255) / 255};
+    double hue = 6 * (h & 0xffff) / 65536.0, strength = 0.5 + 0.3 * (h >> 16 & 255) / 255,
+           value = 0.7 + 0.3 * (h >> 24) / 255;
+    double part[3];
+    for (int i = 0; i < 3; i++) { /* red, green and blue rise and fall along the hue */
+        double place = hue + 6 - 2 * i;
+        double from_peak = fabs(place - 6 * floor(place / 6) - 3); /* 3 at its own hue */
+        part[i] = value * (1 - strength * (1 - clamp01(from_peak - 1)));
+    }
+    return (dvec3){part[0], part[1], part[2]};
 }
 
 static dvec3 mixed_matte(const float *p) {
@@ -86,7 +93,7 @@ static dvec3 screen_value(const view *v, const float *p) {
     case AOV_MATTE_SHOWN: return mixed_matte(p);
     case AOV_HEAT_SHOWN: {
         uint8_t srgb[3];
-        magma_color((double)(p[0] / v->largest), srgb);
+        magma_color(sqrt((double)(p[0] / v->largest)), srgb);
         return (dvec3){srgb[0] / 255.0, srgb[1] / 255.0, srgb[2] / 255.0};
     }
     default: break;

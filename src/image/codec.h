@@ -12,15 +12,15 @@ typedef struct image_pixels {
     const float *data;
     uint32_t width, height;
     uint32_t channels; /* 3: RGB; 4: RGBA, premultiplied */
-    /* Of the same size; kept by formats that have_layers. */
-    const film_layer *layers;
-    size_t layer_count;
 } image_pixels;
 
 typedef struct image_options {
     const tonemap *map; /* of 8-bit formats; NULL: the first, clip */
     double exposure;    /* stops, of 8-bit formats */
     const char *tag;    /* how the picture was made, UTF-8; NULL or "": none */
+    /* Beside the picture, of its size; kept by formats that can (has_layers). */
+    const film_layer *layers;
+    size_t layer_count;
 } image_options;
 
 /* What a file says about itself. */

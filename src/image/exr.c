@@ -61,15 +61,15 @@ typedef struct exr_part {
     const film_layer *layer; /* NULL: the picture */
 } exr_part;
 
-static exr_part part_of(const image_pixels *pixels, size_t index) {
+static exr_part part_of(const image_pixels *pixels, const image_options *options, size_t index) {
     if (index == 0)
-        return (exr_part){pixels->layer_count ? "picture" : NULL,
+        return (exr_part){options->layer_count ? "picture" : NULL,
                           pixels->data,
                           pixels->width,
                           pixels->height,
                           pixels->channels,
                           NULL};
-    const film_layer *layer = &pixels->layers[index - 1];
+    const film_layer *layer = &options->layers[index - 1];
     return (exr_part){layer->name,   layer->pixels,   layer->width,
                       layer->height, layer->channels, layer};
 }
@@ -116,11 +116,12 @@ static exr_result_t write_part_head(exr_context_t file, const exr_part *p, const
     return failed;
 }
 
-static exr_result_t write_head(exr_context_t file, const image_pixels *pixels, const char *tag) {
+static exr_result_t write_head(exr_context_t file, const image_pixels *pixels,
+                               const image_options *options) {
     exr_result_t failed = exr_set_longname_support(file, 1);
-    for (size_t i = 0; !failed && i <= pixels->layer_count; i++) {
-        exr_part p = part_of(pixels, i);
-        failed = write_part_head(file, &p, tag);
+    for (size_t i = 0; !failed && i <= options->layer_count; i++) {
+        exr_part p = part_of(pixels, options, i);
+        failed = write_part_head(file, &p, options->tag);
     }
     return failed ? failed : exr_write_header(file);
 }
@@ -176,9 +177,9 @@ static snell_status encode(const image_pixels *pixels, const image_options *opti
     setup.error_handler_fn = on_error;
     exr_context_t file = NULL;
     exr_result_t failed = exr_start_write(&file, "picture", EXR_WRITE_FILE_DIRECTLY, &setup);
-    if (!failed) failed = write_head(file, pixels, options->tag);
-    for (size_t i = 0; !failed && i <= pixels->layer_count; i++) {
-        exr_part p = part_of(pixels, i);
+    if (!failed) failed = write_head(file, pixels, options);
+    for (size_t i = 0; !failed && i <= options->layer_count; i++) {
+        exr_part p = part_of(pixels, options, i);
         failed = write_rows(file, (int)i, &p);
     }
     if (file) {

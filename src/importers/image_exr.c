@@ -163,13 +163,7 @@ static bool has_name(const image_names *names, const char *name, size_t length) 
     return false;
 }
 
-static bool collect_name(void *user, int part, const exr_channel *c) {
-    (void)part;
-    exr_names *n = user;
-    bool by_itself = c->layer_length == 0 || (c->is_plain && !is_color(c->base));
-    const char *name = by_itself ? c->full : c->layer;
-    size_t length = by_itself ? strlen(name) : c->layer_length;
-    if (by_itself && is_color(c->full)) return true; /* what no name at all stands for */
+static bool add_name(exr_names *n, const char *name, size_t length) {
     if (length == 0 || length > NAME_LENGTH_MAX || has_name(n->names, name, length)) return true;
     if (!ARRAY_GROW(n->names->text, n->names->size, n->capacity, length + 1)) {
         n->no_memory = true;
@@ -179,6 +173,17 @@ static bool collect_name(void *user, int part, const exr_channel *c) {
     n->names->text[n->names->size + length] = '\0';
     n->names->size += length + 1;
     return ++n->count < NAMES_MAX;
+}
+
+/* That of a part, and those of the layers in it. */
+static bool collect_name(void *user, int part, const exr_channel *c) {
+    exr_names *n = user;
+    if (part > 0 && !add_name(n, c->part, strlen(c->part))) return false;
+    bool by_itself = c->layer_length == 0 || (c->is_plain && !is_color(c->base));
+    const char *name = by_itself ? c->full : c->layer;
+    size_t length = by_itself ? strlen(name) : c->layer_length;
+    if (by_itself && is_color(c->full)) return true; /* what no name at all stands for */
+    return add_name(n, name, length);
 }
 
 static snell_status collect_names(exr_context_t file, image_names *out) {

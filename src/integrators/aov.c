@@ -47,9 +47,9 @@ static uint32_t light_layer(aov_plan *p, const char *label) {
     return p->light_count++;
 }
 
-static uint32_t layer_of(aov_plan *p, snell_object_info info) {
+static uint32_t layer_of(aov_plan *p, scene_name name) {
     char label[LABEL_MAX - 8];
-    scene_label(info, "light", label, sizeof label);
+    scene_label(name, "light", label, sizeof label);
     return light_layer(p, label);
 }
 
@@ -75,14 +75,15 @@ static snell_status plan_lights(aov_plan *p, const description *d) {
     p->surfaces = memory_zeroed(s->surface_light_count + 1, sizeof *p->surfaces);
     if (!p->light_names || !p->registry || !p->surfaces) return error_no_memory();
     for (uint32_t i = 0; i < s->light_count; i++)
-        p->registry[i] = layer_of(p, scene_light_info(s, d, i));
+        p->registry[i] = layer_of(p, scene_name_light(s, d, i));
     for (uint32_t i = 0; i < s->surface_light_count; i++) {
         const scene_instance *at = scene_part(s, s->surface_lights[i].instance);
-        p->surfaces[i] = layer_of(p, scene_part_info(s, d, at));
+        p->surfaces[i] = layer_of(p, scene_name_part(s, d, at));
     }
     bool sky = s->has_gradient || dvec3_largest(s->background) > 0;
     if (sky) p->places[PLACE_BACKGROUND] = light_layer(p, "background");
-    if (dvec3_largest(s->ambient) > 0) p->places[PLACE_AMBIENT] = light_layer(p, "ambient");
+    bool ambient = dvec3_largest(s->ambient) > 0 && !p->settings->integrator->one_branch;
+    if (ambient) p->places[PLACE_AMBIENT] = light_layer(p, "ambient");
     if (p->crowded || has_other_emission(s) || p->light_count == 0)
         p->places[PLACE_OTHER] = light_layer(p, "other");
     return SNELL_OK;
@@ -131,10 +132,10 @@ static char *write_manifest(matte_name *names, size_t count) {
     return NULL;
 }
 
-typedef snell_object_info name_fn(const scene *s, const description *d, uint32_t index);
+typedef scene_name name_fn(const scene *s, const description *d, uint32_t index);
 
-static snell_object_info name_of_part(const scene *s, const description *d, uint32_t index) {
-    return scene_part_info(s, d, &s->instances[index]);
+static scene_name name_of_part(const scene *s, const description *d, uint32_t index) {
+    return scene_name_part(s, d, &s->instances[index]);
 }
 
 static snell_status plan_matte(aov_plan *p, const description *d, int which, uint32_t count,
@@ -179,7 +180,7 @@ snell_status aov_plan_create(aov_set wanted, const wave_settings *settings, cons
         status = plan_matte(p, d, 0, s->part_count, name_of_part);
     if (!status && wants(p, AOV_crypto_material))
         status =
-            plan_matte(p, d, 1, s->material_count + 1 + s->body_count, scene_material_info);
+            plan_matte(p, d, 1, s->material_count + 1 + s->body_count, scene_name_material);
     place_sums(p);
     if (status) {
         aov_plan_destroy(p);
@@ -521,12 +522,15 @@ static void set_mattes(const matte_list *list, uint32_t samples, float *out) {
     }
 }
 
+const fixed128 *aov_block_sums(const aov_block *b, aov_id id, uint32_t lamp, uint32_t pixel) {
+    return b->sums + (size_t)pixel * b->plan->channel_count + b->plan->first[id] + 3 * lamp;
+}
+
 static void set_layer(const aov_block *b, aov_id id, uint32_t lamp, uint32_t pixel,
                       uint32_t samples, float *out) {
     const aov_info *info = &aov_table[id];
-    uint32_t first = b->plan->first[id] + 3 * lamp;
-    const fixed128 *sums = b->sums + (size_t)pixel * b->plan->channel_count + first;
     double over = info->mean == AOV_COVERED ? fixed_to(b->covered[pixel]) : samples;
+    const fixed128 *sums = aov_block_sums(b, id, lamp, pixel);
     if (info->mean <= AOV_COVERED)
         for (uint32_t c = 0; c < info->channel_count; c++) out[c] = mean_of(sums[c], over, id);
     for (int k = 0; k < NUMBERS; k++)

@@ -30,6 +30,9 @@ typedef struct aov_block aov_block;
 snell_status aov_block_create(const aov_plan *plan, uint32_t wave_size, aov_block **out);
 void aov_block_destroy(aov_block *b);
 void aov_block_clear(aov_block *b);
+/* What a pixel's mean is taken of, by channel, of an AOV that has one; lamp: which layer of `light`. Those
+ * of emission, direct and indirect add up to the film's sums, as those of all lights do, to the last bit. */
+const fixed128 *aov_block_sums(const aov_block *b, aov_id id, uint32_t lamp, uint32_t pixel);
 /* One pixel of the block, of so many samples, to x, y of the film's layers. */
 void aov_block_set(const aov_block *b, uint32_t pixel, uint32_t samples, film *f, uint32_t x,
                    uint32_t y);

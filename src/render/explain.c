@@ -22,13 +22,13 @@ void explanation_destroy(explanation *e) {
 static const snell_object_info nobody = {"", "", 0};
 
 static snell_object_info info_of_shape(const scene *s, const description *d, uint32_t number) {
-    return scene_part_info(s, d, scene_part(s, number));
+    return scene_name_part(s, d, scene_part(s, number)).info;
 }
 
 static snell_object_info info_of_light(const scene *s, const description *d,
                                        const recorded_light *l) {
     if (l->light == NO_ID) return nobody;
-    return l->is_instance ? info_of_shape(s, d, l->light) : scene_light_info(s, d, l->light);
+    return l->is_instance ? info_of_shape(s, d, l->light) : scene_name_light(s, d, l->light).info;
 }
 
 /* The id of the instance in the world that a shape is drawn by; {0} of the body of a light. */
@@ -45,7 +45,7 @@ static void name_ray(const scene *s, const description *d, recorded_ray *r) {
     if (r->material == NO_ID) return;
     r->said.shape = info_of_shape(s, d, r->said.hit.number);
     r->said.hit.instance = id_of_shape(s, d, r->said.hit.number);
-    r->said.material = scene_material_info(s, d, r->material);
+    r->said.material = scene_name_material(s, d, r->material).info;
 }
 
 /* ---- order and sums ---- */

@@ -4,15 +4,21 @@
 
 #include "scene/scene.h"
 
-/* Type, name and line. Of a shape by what draws it (scene_find_part): an instance's own name and line
- * say more than those of what it draws. Strings are the description's. */
-snell_object_info scene_part_info(const scene *s, const description *d, const scene_instance *part);
-/* Of a registry light by its number in s->lights. */
-snell_object_info scene_light_info(const scene *s, const description *d, uint32_t number);
-/* By its number in s->materials; type "" for those that no description has. */
-snell_object_info scene_material_info(const scene *s, const description *d, uint32_t number);
+/* Type, name and line, the strings being the description's; and the number among its kind, from 1. All
+ * empty and 0 for what no description has. */
+typedef struct scene_name {
+    snell_object_info info;
+    uint32_t number;
+} scene_name;
 
-/* The name, else type and line as in "sphere:12", else the type alone, else `nameless`. */
-void scene_label(snell_object_info info, const char *nameless, char *out, size_t size);
+/* Of a shape by what draws it (scene_find_part): an instance's own name and line say more than those of
+ * what it draws. */
+scene_name scene_name_part(const scene *s, const description *d, const scene_instance *part);
+/* Of a registry light and of a material, by their numbers in the frozen scene. */
+scene_name scene_name_light(const scene *s, const description *d, uint32_t number);
+scene_name scene_name_material(const scene *s, const description *d, uint32_t number);
+
+/* The name, else type and line as in "sphere:12", else "sphere #3", else `nameless`. */
+void scene_label(scene_name name, const char *nameless, char *out, size_t size);
 
 #endif
