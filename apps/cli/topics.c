@@ -359,7 +359,7 @@ static const char environment_text[] =
 
 static const char aovs_text[] =
     "  snell my.lua --aov depth,normal -o my.exr   all in one file\n"
-    "  snell my.lua --aov depth,normal             my.png, my.depth.png, my.normal.png\n"
+    "  snell my.lua --aov depth,normal             my.png, my.depth.png, ..\n"
     "  render { aov = \"depth,normal\" }            the same in a scene\n"
     "\n"
     "AOVs are layers beside the picture, which stays as it is. Surface values are of\n"
