@@ -184,9 +184,7 @@ static snell_transform shift(double x, double y, double z) {
 }
 
 /* A pixel of the plane z = 0, seen from 5 m, is so wide. */
-static double pixels_per_metre(uint32_t height) {
-    return height / (2 * 5 * tan(0.6981317 / 2));
-}
+static double pixels_per_metre(uint32_t height) { return height / (2 * 5 * tan(0.6981317 / 2)); }
 
 static void film_moving(void) {
     snell_render_desc desc = picture(SNELL_COOK, 33, 33, 1);
@@ -206,8 +204,8 @@ static void add_shutter(void) { /* what a commit keeps of motions is what camera
 static void test_motion_of_instances(void **state) {
     (void)state;
     add_shutter();
-    snell_instance_id card = add_quad(&bench, v3(-4, -4, 0), v3(8, 0, 0), v3(0, 8, 0),
-                                      add_lambert(&bench, grey(0.5)));
+    snell_instance_id card =
+        add_quad(&bench, v3(-4, -4, 0), v3(8, 0, 0), v3(0, 8, 0), add_lambert(&bench, grey(0.5)));
     const snell_motion_key keys[] = {{0, shift(0, 0, 0)}, {1.0f / 24, shift(0.5, 0.25, 0)}};
     MUST(snell_scene_set_instance_motion(bench.scene, card, keys, 2));
     MUST(snell_scene_commit(bench.scene, NULL, NULL));
@@ -314,11 +312,14 @@ static void adds_up_exactly(const snell_render_desc *desc) {
     for (size_t i = 0; i < layers.layer_count; i++)
         lamps += layers.layers[i].kind == &aov_table[AOV_light];
     assert_true(lamps >= 5);
+    aov_block *b;
     MUST(wave_create(&prepared.options.wave, &w));
+    MUST(aov_block_create(plan, &b));
+    wave_collect(w, b);
     for (uint32_t block = 0; block < 4; block++) {
         uint32_t x = block % 2 * 16, y = block / 2 * 16;
+        aov_block_clear(b);
         MUST(wave_render_block(w, x, y, x + 16, y + 16, sums, NULL, NULL));
-        const aov_block *b = wave_get_aovs(w);
         for (uint32_t i = 0; i < 256; i++)
             for (int c = 0; c < 3; c++) {
                 fixed128 by_depth = aov_block_sums(b, AOV_emission, 0, i)[c] +
@@ -335,6 +336,7 @@ static void adds_up_exactly(const snell_render_desc *desc) {
             }
     }
     wave_destroy(w);
+    aov_block_destroy(b);
     aov_plan_destroy(plan);
     film_free(&layers);
     prepared_render_free(&prepared);
@@ -410,7 +412,8 @@ static void test_lights_by_name(void **state) {
     (void)state;
     static const char *const lamps[2] = {
         "light.point { position = {3, 4, 3}, intensity = 70, name = 'key' }\n",
-        "light.sphere { center = {-2, 3, 1}, radius = 0.5, radiance = {3, 2, 1}, name = 'fill' }\n"};
+        "light.sphere { center = {-2, 3, 1}, radius = 0.5, radiance = {3, 2, 1}, name = 'fill' "
+        "}\n"};
     enum { SIZE = 40 * 30 * 3 };
     static float layers[2][SIZE];
     for (int i = 0; i < 2; i++)
@@ -467,7 +470,8 @@ static void test_glass(void **state) {
     add_box(&bench, v3(-9, -9, -1), v3(9, 9, 0), add_glass(&bench, 1.5, grey(0), 0));
     MUST(snell_scene_set_background(bench.scene, grey(1), 1));
     MUST(snell_scene_commit(bench.scene, NULL, NULL));
-    snell_render_desc desc = picture(SNELL_WHITTED, 1, 1, 1); /* one bounce: the front face's two rays */
+    snell_render_desc desc =
+        picture(SNELL_WHITTED, 1, 1, 1); /* one bounce: the front face's two rays */
     render_from(&desc, v3(0, 0, 5), v3(0, 0, 0), EVERY);
     double f = 0.04; /* ((1.5 - 1) / (1.5 + 1))^2 */
     ASSERT_CLOSE(value("reflection", 0, 0, 0), f, 1e-6, 0);
@@ -504,14 +508,15 @@ static void test_crypto_ids(void **state) {
     static const struct {
         const char *name;
         double value;
-    } rows[] = {{"hello", 6.0705627102400005616e-17},
-                {"cube", -4.08461912519e+15},
-                {"sphere", 2.79018604383e+15},
-                {"plane", 3.66557617593e-11},
-                {"\xd1\x80\xd0\xb0\xd0\xb2\xd0\xbd\xd0\xb8\xd0\xbd\xd0\xb0", -1.3192631212399999468e-25},
-                {"m\xc3\xa4"
-                 "dchen",
-                 6.2361298211599995797e+25}};
+    } rows[] = {
+        {"hello", 6.0705627102400005616e-17},
+        {"cube", -4.08461912519e+15},
+        {"sphere", 2.79018604383e+15},
+        {"plane", 3.66557617593e-11},
+        {"\xd1\x80\xd0\xb0\xd0\xb2\xd0\xbd\xd0\xb8\xd0\xbd\xd0\xb0", -1.3192631212399999468e-25},
+        {"m\xc3\xa4"
+         "dchen",
+         6.2361298211599995797e+25}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++)
         ASSERT_CLOSE((double)crypto_float(crypto_id(rows[i].name)), rows[i].value, 1e-7, 0);
     assert_int_equal(crypto_hash(""), 0);
@@ -608,7 +613,8 @@ static void test_cancelled(void **state) {
     snell_view view = look(v3(0, 1, 8), v3(0, 0.5, 0));
     desc.view = &view;
     desc.progress = two_blocks;
-    if (snell_render(bench.scene, &desc, bench.film) == SNELL_CANCELLED) { /* unless it was too quick */
+    if (snell_render(bench.scene, &desc, bench.film) ==
+        SNELL_CANCELLED) { /* unless it was too quick */
         size_t same = 0, none = 0;
         const float *part = find(bench.film, "depth", NULL);
         for (size_t i = 0; i < SIDE * SIDE; i++) same += part[i] == whole[i], none += part[i] == 0;
@@ -689,8 +695,7 @@ static void test_settings(void **state) {
     assert_null(desc.aov);
     snell_load_desc how = SNELL_INIT(load_desc);
     write_scene("sphere { radius = 1 }\nrender { aov = 'depth,nromal' }\n");
-    assert_int_equal(snell_scene_load(bench.scene, file_path("scene.lua"), &how),
-                     SNELL_ERR_SYNTAX);
+    assert_int_equal(snell_scene_load(bench.scene, file_path("scene.lua"), &how), SNELL_ERR_SYNTAX);
     assert_non_null(strstr(snell_last_error()->text, "there is no AOV 'nromal'"));
     assert_string_equal(snell_last_error()->hint, "did you mean 'normal'?");
     assert_int_equal(snell_last_error()->line, 2);
@@ -699,8 +704,9 @@ static void test_settings(void **state) {
 
 /* ---- files ---- */
 
-static void compare_layer(snell_film *back, const char *path, const char *layer, const float *values,
-                          uint32_t channels, const int places[3], size_t count) {
+static void compare_layer(snell_film *back, const char *path, const char *layer,
+                          const float *values, uint32_t channels, const int places[3],
+                          size_t count) {
     snell_film_read_desc desc = SNELL_INIT(film_read_desc);
     desc.layer = layer;
     MUST(snell_film_read(back, path, &desc));
@@ -799,9 +805,9 @@ static void test_pictures(void **state) {
     size_t size;
     MUST(snell_film_encode(bench.film, "ppm", &image, &data, &size));
     const uint8_t *p = (const uint8_t *)data + (size - 41 * 41 * 3);
-    assert_int_equal(p[(20 * 41 + 20) * 3], 255); /* the nearest */
+    assert_int_equal(p[(20 * 41 + 20) * 3], 255);  /* the nearest */
     assert_in_range(p[(35 * 41 + 1) * 3], 25, 26); /* the farthest, a tenth */
-    assert_int_equal(p[1 * 3], 0);                /* nothing */
+    assert_int_equal(p[1 * 3], 0);                 /* nothing */
     snell_free(data);
     image.aov = "normal";
     MUST(snell_film_encode(bench.film, "ppm", &image, &data, &size));

@@ -397,8 +397,8 @@ static void layers_are_found_by_name(void **state) {
     check_layer("many.exr", "beauty", 0, 0, 1, 2);
     check_layer("many.exr", "variance", 1, 0, 1, 2);
     check_layer("many.exr", "uv", 2, 0, 1, -1);
-    check_layers("many.exr",
-                 (const char *const[]){"beauty", "variance", "uv", "ids", "light.key", "object", NULL});
+    check_layers("many.exr", (const char *const[]){"beauty", "variance", "uv", "ids", "light.key",
+                                                   "object", NULL});
     snell_film *f = read_film("many.exr", "object");
     assert_true(f->film.pixels[0] == 300 && f->film.pixels[3 * 3 + 2] == 300);
     snell_film_destroy(f);

@@ -73,7 +73,9 @@ static json_t *json_layers(const char *layers) {
         if (colon != NULL) *colon = '\0';
         json_object_set_new(item, "name", report_text(colon != NULL ? line : ""));
         json_object_set_new(item, "channels",
-                            report_text(colon != NULL ? colon + 2 : line != NULL ? line : ""));
+                            report_text(colon != NULL  ? colon + 2
+                                        : line != NULL ? line
+                                                       : ""));
         json_array_append_new(list, item);
         free(line);
         at += length + (at[length] == '\n');

@@ -100,8 +100,8 @@ static void say_aovs(const job *j) {
     snell_aov aov;
     char text[400] = "";
     for (uint32_t i = 0; snell_film_aov(j->film, i, &aov) && strlen(text) < 300; i++) {
-        char *file = output_has_aov_files(&j->output)
-                         ? output_aov_path(j->output.path, aov.name) : strdup(aov.name);
+        char *file = output_has_aov_files(&j->output) ? output_aov_path(j->output.path, aov.name)
+                                                      : strdup(aov.name);
         size_t used = strlen(text);
         snprintf(text + used, sizeof text - used, "%s%.90s", i > 0 ? ", " : "",
                  file != NULL ? file : aov.name);
@@ -187,8 +187,8 @@ static void json_aovs(json_t *root, const job *j) {
         for (uint32_t c = 0; c < aov.channel_count; c++)
             if (snell_film_aov_channel(j->film, i, c, name, sizeof name) == SNELL_OK)
                 json_array_append_new(channels, report_text(name));
-        char *file = output_has_aov_files(&j->output)
-                         ? output_aov_path(j->output.path, aov.name) : strdup(j->output.path);
+        char *file = output_has_aov_files(&j->output) ? output_aov_path(j->output.path, aov.name)
+                                                      : strdup(j->output.path);
         json_object_set_new(item, "name", report_text(aov.name));
         json_object_set_new(item, "channels", channels);
         json_object_set_new(item, "output", report_text(file != NULL ? file : ""));

@@ -28,8 +28,8 @@ snell_status aov_parse(const char *list, aov_set *out) {
         size_t span = strcspn(at, ","), length = span;
         while (length > 0 && at[length - 1] == ' ') length--;
         int i = 0;
-        while (i < AOV_COUNT && (strlen(aov_table[i].name) != length ||
-                                 memcmp(aov_table[i].name, at, length) != 0))
+        while (i < AOV_COUNT &&
+               (strlen(aov_table[i].name) != length || memcmp(aov_table[i].name, at, length) != 0))
             i++;
         if (i == AOV_COUNT) return unknown(at, length);
         *out |= (aov_set)1 << i;
@@ -58,7 +58,8 @@ uint32_t crypto_hash(const char *name) {
     size_t length = strlen(name), left = length;
     uint32_t hash = 0;
     for (; left >= 4; at += 4, left -= 4) {
-        uint32_t block = at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
+        uint32_t block =
+            at[0] | (uint32_t)at[1] << 8 | (uint32_t)at[2] << 16 | (uint32_t)at[3] << 24;
         hash = rotate(hash ^ scramble(block), 13) * 5 + 0xe6546b64u;
     }
     uint32_t rest = 0;

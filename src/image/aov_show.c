@@ -76,9 +76,7 @@ static dvec3 screen_value(const view *v, const float *p) {
     dvec3 out = {0, 0, 0};
     if (!is_somewhere(v->layer, p) && v->layer->kind->shown != AOV_VECTOR_SHOWN) return out;
     switch (v->layer->kind->shown) {
-    case AOV_DEPTH_SHOWN:
-        out.x = out.y = out.z = 1 - 0.9 * place_between(v, 0, p[0]);
-        break;
+    case AOV_DEPTH_SHOWN: out.x = out.y = out.z = 1 - 0.9 * place_between(v, 0, p[0]); break;
     case AOV_PLACE_SHOWN:
         return (dvec3){place_between(v, 0, p[0]), place_between(v, 1, p[1]),
                        place_between(v, 2, p[2])};
@@ -102,8 +100,7 @@ static dvec3 screen_value(const view *v, const float *p) {
 }
 
 snell_status aov_show(const film_layer *layer, film *out, bool *is_light) {
-    bool as_it_is =
-        layer->kind->shown == AOV_LIGHT_SHOWN || layer->kind->shown == AOV_COLOR_SHOWN;
+    bool as_it_is = layer->kind->shown == AOV_LIGHT_SHOWN || layer->kind->shown == AOV_COLOR_SHOWN;
     *is_light = layer->kind->shown == AOV_LIGHT_SHOWN;
     if (as_it_is) return aov_values(layer, out);
     snell_status status = film_resize(out, layer->width, layer->height, 3);
@@ -129,9 +126,7 @@ snell_status aov_values(const film_layer *layer, film *out) {
     for (size_t i = 0; i < count; i++)
         for (uint32_t c = 0; c < 3; c++) {
             const float *p = layer->pixels + i * layer->channels;
-            out->pixels[3 * i + c] = layer->channels == 1   ? p[0]
-                                     : c < layer->channels ? p[c]
-                                                           : 0;
+            out->pixels[3 * i + c] = layer->channels == 1 ? p[0] : c < layer->channels ? p[c] : 0;
         }
     return SNELL_OK;
 }

@@ -85,9 +85,9 @@ static void channel_name(const exr_part *p, uint32_t c, char out[AOV_NAME_MAX]) 
 static exr_result_t write_manifest(exr_context_t file, int part, const film_layer *layer) {
     const char *name = layer->kind->layer;
     const char *const rows[4][2] = {{"name", name},
-                                   {"hash", "MurmurHash3_32"},
-                                   {"conversion", "uint32_to_float32"},
-                                   {"manifest", layer->manifest}};
+                                    {"hash", "MurmurHash3_32"},
+                                    {"conversion", "uint32_to_float32"},
+                                    {"manifest", layer->manifest}};
     exr_result_t failed = EXR_ERR_SUCCESS;
     for (size_t i = 0; !failed && i < sizeof rows / sizeof rows[0]; i++) {
         char key[64];

@@ -73,14 +73,14 @@ void film_free(film *f) {
 
 snell_status film_add_layer(film *f, const aov_info *kind, const char *name, uint32_t channels,
                             const char *manifest) {
-    film_layer made = {.kind = kind,
-                       .name = memory_copy_string(name),
-                       .width = f->width,
-                       .height = f->height,
-                       .channels = channels,
-                       .pixels = memory_zeroed((size_t)f->width * f->height,
-                                               channels * sizeof *made.pixels),
-                       .manifest = manifest ? memory_copy_string(manifest) : NULL};
+    film_layer made = {
+        .kind = kind,
+        .name = memory_copy_string(name),
+        .width = f->width,
+        .height = f->height,
+        .channels = channels,
+        .pixels = memory_zeroed((size_t)f->width * f->height, channels * sizeof *made.pixels),
+        .manifest = manifest ? memory_copy_string(manifest) : NULL};
     bool room = made.name && made.pixels && (made.manifest || !manifest);
     if (!room || !ARRAY_GROW(f->layers, f->layer_count, f->layer_capacity, 1)) {
         free_layer(&made);

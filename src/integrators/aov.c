@@ -179,8 +179,7 @@ snell_status aov_plan_create(aov_set wanted, const wave_settings *settings, cons
     if (!status && wants(p, AOV_crypto_object))
         status = plan_matte(p, d, 0, s->part_count, name_of_part);
     if (!status && wants(p, AOV_crypto_material))
-        status =
-            plan_matte(p, d, 1, s->material_count + 1 + s->body_count, scene_name_material);
+        status = plan_matte(p, d, 1, s->material_count + 1 + s->body_count, scene_name_material);
     place_sums(p);
     if (status) {
         aov_plan_destroy(p);
@@ -232,13 +231,6 @@ typedef struct matte_list { /* by id, rising */
     size_t count, capacity;
 } matte_list;
 
-/* How light came: what its layers are. */
-typedef struct light_way {
-    uint32_t depth; /* how often it was scattered */
-    uint8_t route;  /* ray_kind of the ray that the first surface sent; RAY_CAMERA: none */
-    uint32_t layer; /* of light */
-} light_way;
-
 typedef struct sky_share {
     uint32_t layer;
     dvec3 radiance;
@@ -251,21 +243,19 @@ struct aov_block {
     float numbers[NUMBERS][PIXELS];
     matte_list mattes[MATTES][PIXELS];
     uint64_t rays[PIXELS];
-    light_way *waiting; /* of the shadow rays */
     sky_share shares[LIGHT_LAYERS_MAX]; /* of the ray that leaves */
     uint32_t share_count;
     uint64_t overflows; /* the film counts those of light */
     bool no_memory;
 };
 
-snell_status aov_block_create(const aov_plan *plan, uint32_t wave_size, aov_block **out) {
+snell_status aov_block_create(const aov_plan *plan, aov_block **out) {
     aov_block *b = memory_zeroed(1, sizeof *b);
     if (b == NULL) return error_no_memory();
     b->plan = plan;
     b->sums = memory_zeroed(PIXELS * (size_t)(plan->channel_count + 1), sizeof *b->sums);
-    b->waiting = memory_zeroed(wave_size, sizeof *b->waiting);
     *out = b;
-    if (b->sums && b->waiting) return SNELL_OK;
+    if (b->sums) return SNELL_OK;
     aov_block_destroy(b);
     return error_no_memory();
 }
@@ -275,7 +265,6 @@ void aov_block_destroy(aov_block *b) {
     for (int k = 0; k < MATTES; k++)
         for (int i = 0; i < PIXELS; i++) free(b->mattes[k][i].items);
     free(b->sums);
-    free(b->waiting);
     free(b);
 }
 
@@ -375,8 +364,7 @@ void aov_hit(wave *w, const path_ray *r, const hit *h, const shade_point *p, con
     const scene_instance *part = scene_part(s->scene, p->instance);
     const uint32_t index[MATTES] = {(uint32_t)(part - s->scene->instances), made_of};
     for (int k = 0; k < MATTES; k++)
-        if (to->plan->ids[k])
-            add_matte(to, k, r->pixel, to->plan->ids[k][index[k]], coverage);
+        if (to->plan->ids[k]) add_matte(to, k, r->pixel, to->plan->ids[k][index[k]], coverage);
     if (to->no_memory) w->out_of_memory = true;
 }
 
@@ -400,6 +388,13 @@ static void add_light(aov_block *b, uint32_t pixel, aov_id id, uint32_t layer, f
     if (!wants(b->plan, id)) return;
     fixed128 *sum = sums_of(b, pixel, b->plan->first[id] + 3 * layer);
     for (int c = 0; c < 3; c++) fixed_add(&sum[c], value.v[c], &b->overflows);
+}
+
+/* Is light sorted at all? */
+static bool sorts_light(const aov_plan *p) {
+    const aov_set all = 1u << AOV_emission | 1u << AOV_direct | 1u << AOV_indirect |
+                        1u << AOV_reflection | 1u << AOV_refraction | 1u << AOV_light;
+    return (p->wanted & all) != 0;
 }
 
 static void add_by_way(aov_block *b, uint32_t pixel, light_way way, fixed3 value) {
@@ -436,6 +431,7 @@ static uint32_t layer_of_asked(const wave *w) {
 /* Ambient light stands for what has been scattered often. */
 void aov_surface(wave *w, const path_ray *r, dvec3 radiance, dvec3 ambient) {
     aov_block *b = w->aovs;
+    if (!sorts_light(b->plan)) return;
     light_way way = {UINT32_MAX, r->route, b->plan->places[PLACE_AMBIENT]};
     fixed3 sum = to_fixed3(b, weighted(r, radiance));
     if (dvec3_largest(ambient) > 0) {
@@ -459,6 +455,7 @@ void aov_sky_share(wave *w, uint32_t number, dvec3 radiance) {
 /* Each its own share and the last the rest, so that together they are what the film is given. */
 void aov_sky(wave *w, const path_ray *r, dvec3 radiance, double alpha) {
     aov_block *b = w->aovs;
+    if (!sorts_light(b->plan)) return;
     light_way way = {r->depth, r->route, 0};
     fixed3 rest = to_fixed3(b, weighted(r, radiance));
     for (uint32_t i = 0; i < b->share_count; i++) {
@@ -474,15 +471,17 @@ void aov_sky(wave *w, const path_ray *r, dvec3 radiance, double alpha) {
 
 void aov_asked(wave *w, const path_ray *r, dvec3 radiance) {
     light_way way = {r->depth + 1u, r->route, layer_of_asked(w)};
+    if (!sorts_light(w->aovs->plan)) return;
     add_by_way(w->aovs, r->pixel, way, to_fixed3(w->aovs, weighted(r, radiance)));
 }
 
 void aov_waits(wave *w, const path_ray *r) {
-    w->aovs->waiting[w->shadow_count] = (light_way){r->depth + 1u, r->route, layer_of_asked(w)};
+    w->light_ways[w->shadow_count] = (light_way){r->depth + 1u, r->route, layer_of_asked(w)};
 }
 
 void aov_shadow(wave *w, size_t index, dvec3 contribution) {
-    add_by_way(w->aovs, w->shadows[index].pixel, w->aovs->waiting[index],
+    if (!sorts_light(w->aovs->plan)) return;
+    add_by_way(w->aovs, w->shadows[index].pixel, w->light_ways[index],
                to_fixed3(w->aovs, contribution));
 }
 

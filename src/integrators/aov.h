@@ -3,7 +3,8 @@
  * them.
  *
  *     plan    which layers there are, and the names behind their numbers; read by all workers
- *     block   the sums of one worker's block, in fixed point as the film's: the order is free
+ *     block   the sums of a block of pixels, in fixed point as the film's: the order is free. A wave adds
+ *             to the one that wave_collect gave it, beside the film_block of wave_render_block
  *
  * Surface values are of the first surface that a camera ray does not merely pass: what is there in part
  * counts with the share of it that is there, glass and mirrors count as themselves. Light is sorted by
@@ -27,9 +28,11 @@ snell_status aov_plan_add_layers(const aov_plan *plan, film *f);
 bool aov_plan_is_crowded(const aov_plan *plan); /* some lights share light.other */
 
 typedef struct aov_block aov_block;
-snell_status aov_block_create(const aov_plan *plan, uint32_t wave_size, aov_block **out);
+snell_status aov_block_create(const aov_plan *plan, aov_block **out); /* cleared */
 void aov_block_destroy(aov_block *b);
 void aov_block_clear(aov_block *b);
+/* To which the wave, whose settings have the same plan, adds what it renders from now on. */
+void wave_collect(wave *w, aov_block *to);
 /* What a pixel's mean is taken of, by channel, of an AOV that has one; lamp: which layer of `light`. Those
  * of emission, direct and indirect add up to the film's sums, as those of all lights do, to the last bit. */
 const fixed128 *aov_block_sums(const aov_block *b, aov_id id, uint32_t lamp, uint32_t pixel);
@@ -37,26 +40,34 @@ const fixed128 *aov_block_sums(const aov_block *b, aov_id id, uint32_t lamp, uin
 void aov_block_set(const aov_block *b, uint32_t pixel, uint32_t samples, film *f, uint32_t x,
                    uint32_t y);
 
+/* How the light of a shadow ray that waits will come: its layers. */
+typedef struct light_way {
+    uint32_t depth; /* how often it was scattered */
+    uint8_t route;  /* as of the ray */
+    uint32_t layer; /* of light */
+} light_way;
+
 /* ---- what the wave loop tells; w->aovs is not NULL ---- */
-#if defined(__GNUC__)
-#define AOV_COLD __attribute__((cold))
+#if defined(__GNUC__) /* apart from the loop's code, which mostly has none */
+#define AOV_APART __attribute__((noinline))
 #else
-#define AOV_COLD
+#define AOV_APART
 #endif
 /* `count` rays are traced; the waiting shadow rays are. */
-AOV_COLD void aov_traced(wave *w, const path_ray *rays, size_t count);
-AOV_COLD void aov_traced_shadows(wave *w);
+AOV_APART void aov_traced(wave *w, const path_ray *rays, size_t count);
+AOV_APART void aov_traced_shadows(wave *w);
 /* A camera ray meets what stops it, or r->coverage of it. */
-AOV_COLD void aov_hit(wave *w, const path_ray *r, const hit *h, const shade_point *p, const bsdf *b);
+AOV_APART void aov_hit(wave *w, const path_ray *r, const hit *h, const shade_point *p,
+                       const bsdf *b);
 /* What is added to the film: by the surface w->at itself, of which `ambient` is no emission; by what a
  * ray sees that leaves, the shares of registry lights (NO_ID: of the background) first, of which `alpha` counts; by
  * the light w->asked, with no shadow ray. */
-AOV_COLD void aov_surface(wave *w, const path_ray *r, dvec3 radiance, dvec3 ambient);
-AOV_COLD void aov_sky_share(wave *w, uint32_t number, dvec3 radiance);
-AOV_COLD void aov_sky(wave *w, const path_ray *r, dvec3 radiance, double alpha);
-AOV_COLD void aov_asked(wave *w, const path_ray *r, dvec3 radiance);
+AOV_APART void aov_surface(wave *w, const path_ray *r, dvec3 radiance, dvec3 ambient);
+AOV_APART void aov_sky_share(wave *w, uint32_t number, dvec3 radiance);
+AOV_APART void aov_sky(wave *w, const path_ray *r, dvec3 radiance, double alpha);
+AOV_APART void aov_asked(wave *w, const path_ray *r, dvec3 radiance);
 /* The shadow ray towards w->asked that waits next is r's; number `index` of those that wait adds. */
-AOV_COLD void aov_waits(wave *w, const path_ray *r);
-AOV_COLD void aov_shadow(wave *w, size_t index, dvec3 contribution);
+AOV_APART void aov_waits(wave *w, const path_ray *r);
+AOV_APART void aov_shadow(wave *w, size_t index, dvec3 contribution);
 
 #endif

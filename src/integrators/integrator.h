@@ -130,8 +130,8 @@ typedef struct wave_settings {
     bool pixel_center, transparent;
     uint32_t wave_size; /* rays traced at once, at most */
     snell_isa isa;
-    struct record *record; /* what one pixel's run is told to (record.h); NULL: nothing is */
-    bool timed;            /* the stats have seconds */
+    bool timed;                  /* the stats have seconds */
+    struct record *record;       /* what one pixel's run is told to (record.h); NULL: nothing is */
     const struct aov_plan *aovs; /* layers beside the picture (aov.h); NULL: none */
 } wave_settings;
 
@@ -164,7 +164,5 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
                                void *user);
 const wave_stats *wave_get_stats(const wave *w);
 size_t wave_memory(const wave *w); /* bytes that it holds */
-/* Of the last block that was rendered; NULL without wave_settings.aovs. */
-const struct aov_block *wave_get_aovs(const wave *w);
 
 #endif

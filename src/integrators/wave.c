@@ -28,11 +28,9 @@ snell_status wave_create(const wave_settings *settings, wave **out) {
     w->hits = memory_resize(NULL, size, sizeof *w->hits);
     w->blocked = memory_resize(NULL, size, sizeof *w->blocked);
     w->shadows = memory_resize(NULL, size, sizeof *w->shadows);
-    if (!w->rays || !w->hits || !w->blocked || !w->shadows) {
-        wave_destroy(w);
-        return error_no_memory();
-    }
-    if (settings->aovs && aov_block_create(settings->aovs, w->settings.wave_size, &w->aovs)) {
+    if (settings->aovs) w->light_ways = memory_resize(NULL, size, sizeof *w->light_ways);
+    bool room = w->rays && w->hits && w->blocked && w->shadows;
+    if (!room || (settings->aovs && !w->light_ways)) {
         wave_destroy(w);
         return error_no_memory();
     }
@@ -48,7 +46,7 @@ void wave_destroy(wave *w) {
     free(w->rays);
     free(w->hits);
     free(w->blocked);
-    aov_block_destroy(w->aovs);
+    free(w->light_ways);
     free(w);
 }
 
@@ -70,7 +68,7 @@ wave_phase wave_begin_phase(wave *w, wave_phase next) {
     return last;
 }
 
-const struct aov_block *wave_get_aovs(const wave *w) { return w->aovs; }
+void wave_collect(wave *w, aov_block *to) { w->aovs = to; }
 const scene *wave_scene(const wave *w) { return w->settings.scene; }
 uint32_t wave_max_depth(const wave *w) { return w->settings.max_depth; }
 dvec3 wave_eye(const wave *w) { return dvec3_from(w->settings.frame.position); }
@@ -300,7 +298,6 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
     size_t size = w->settings.wave_size;
     solid_take_spent();
     film_block_clear(block);
-    if (w->aovs) aov_block_clear(w->aovs);
     w->film = block;
     w->go_on = go_on;
     w->user = user;

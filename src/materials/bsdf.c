@@ -98,10 +98,11 @@ static dvec3 lobe_albedo(const lobe *l, const bsdf *b, double cosine) {
     if (l->type == &lobe_phong) return dvec3_scale(l->weight, 2 * PI / (l->exponent + 2));
     if (l->type == &lobe_blinn_phong) return dvec3_scale(l->weight, 8 * PI / (l->exponent + 8));
     if (!l->type->transmits) return lobe_mirrored(l, b, cosine);
-    double reflected = interface_reflected(l, b, cosine), passing = lobe_passing(l, b, cosine, -cosine);
-    return dvec3_scale(dvec3_add(dvec3_scale(l->reflected, reflected),
-                                 dvec3_scale(l->weight, 1 - reflected)),
-                       passing);
+    double reflected = interface_reflected(l, b, cosine),
+           passing = lobe_passing(l, b, cosine, -cosine);
+    return dvec3_scale(
+        dvec3_add(dvec3_scale(l->reflected, reflected), dvec3_scale(l->weight, 1 - reflected)),
+        passing);
 }
 
 dvec3 bsdf_albedo(const bsdf *b, double cosine) {

@@ -14,6 +14,7 @@ typedef struct render_worker {
     job *job;
     wave *wave;
     film_block *block;
+    aov_block *aovs; /* NULL: none are wanted */
     uint64_t rays_reported;
 } render_worker;
 
@@ -77,7 +78,12 @@ static snell_status prepare_worker(render_worker *w) {
     if (w->wave) return SNELL_OK;
     w->block = memory_aligned(sizeof *w->block);
     if (w->block == NULL) return error_no_memory();
-    return wave_create(&w->job->options->wave, &w->wave);
+    const wave_settings *settings = &w->job->options->wave;
+    snell_status status = wave_create(settings, &w->wave);
+    if (status || settings->aovs == NULL) return status;
+    status = aov_block_create(settings->aovs, &w->aovs);
+    wave_collect(w->wave, w->aovs);
+    return status;
 }
 
 static uint32_t least(uint32_t a, uint32_t b) { return a < b ? a : b; }
@@ -95,6 +101,7 @@ static void render_block(void *data, size_t index, uint32_t worker) {
     uint32_t y0 = most(by * FILM_BLOCK, o->crop_y),
              y1 = least((by + 1) * FILM_BLOCK, o->crop_y + o->crop_height);
     snell_status status = prepare_worker(w);
+    if (!status && w->aovs) aov_block_clear(w->aovs);
     if (!status) status = wave_render_block(w->wave, x0, y0, x1, y1, w->block, go_on, w);
     if (status) {
         stop_all(j, status);
@@ -105,8 +112,7 @@ static void render_block(void *data, size_t index, uint32_t worker) {
             uint32_t pixel = (y - y0) * (x1 - x0) + (x - x0), left = x - o->crop_x,
                      top = y - o->crop_y;
             film_set(j->film, left, top, w->block, pixel, o->wave.samples);
-            if (o->wave.aovs)
-                aov_block_set(wave_get_aovs(w->wave), pixel, o->wave.samples, j->film, left, top);
+            if (w->aovs) aov_block_set(w->aovs, pixel, o->wave.samples, j->film, left, top);
         }
     atomic_fetch_add(&j->pixels_done, (uint64_t)(x1 - x0) * (y1 - y0));
 }
@@ -149,6 +155,7 @@ static void collect(job *j, uint32_t worker_count, snell_render_stats *out, bool
         }
         wave_destroy(j->workers[i].wave);
         memory_free_aligned(j->workers[i].block);
+        aov_block_destroy(j->workers[i].aovs);
     }
     out->samples_done = o->wave.samples;
     out->memory_film =
