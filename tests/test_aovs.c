@@ -359,6 +359,27 @@ static void test_light_adds_up(void **state) {
         }
 }
 
+/* More lights than layers: nothing is lost, and a warning says so. */
+static void test_many_lights(void **state) {
+    (void)state;
+    build_ball_and_wall();
+    for (int i = 0; i < 70; i++) add_point(&bench, v3(i - 35, 5, 5), grey(1 + i));
+    MUST(snell_scene_set_background(bench.scene, grey(0.5), 1));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    snell_render_desc desc = picture(SNELL_WHITTED, 32, 32, 3);
+    snell_view view = look(v3(0, 0, 5), v3(0, 0, 0));
+    desc.view = &view;
+    desc.aov = "emission,direct,indirect,light,reflection,refraction";
+    adds_up_exactly(&desc);
+    MUST(snell_render(bench.scene, &desc, bench.film));
+    snell_aov aov;
+    uint32_t count = 0;
+    while (snell_film_aov(bench.film, count, &aov)) count++;
+    assert_int_equal(count, 5 + 64 + 1);
+    assert_true(value("light.other", 0, 0, 0) > 0);
+    assert_true(value("light.point #64", 16, 20, 0) > 0);
+}
+
 /* The floats of the API, over all pixels. */
 static void test_layers_add_up(void **state) {
     (void)state;
@@ -833,6 +854,7 @@ int main(void) {
         cmocka_unit_test_setup(test_motion_of_groups, fresh),
         cmocka_unit_test_setup(test_motion_of_vertices, fresh),
         cmocka_unit_test_setup(test_light_adds_up, fresh),
+        cmocka_unit_test_setup(test_many_lights, fresh),
         cmocka_unit_test_setup(test_layers_add_up, fresh),
         cmocka_unit_test_setup(test_lights_by_name, fresh),
         cmocka_unit_test_setup(test_light_by_kind, fresh),

@@ -656,7 +656,8 @@ SNELL_API uint64_t snell_film_hash(const snell_film *film); /* the image hash: o
 
 /* An AOV (arbitrary output variable) is what a pixel is told beside its light, such as depth. By
  * index: the name, NULL at the end; the channels' names in an OpenEXR file, with blanks between, and a
- * line of help go to *channels and *help (may be NULL). All are static. */
+ * line of help go to *channels and *help (may be NULL). Static; *channels is the thread's, until it asks
+ * again. */
 SNELL_API const char *snell_aov_name(uint32_t index, const char **channels, const char **help);
 
 /* An AOV of a film. `light` becomes one for each light, "light.lamp". */
@@ -825,7 +826,7 @@ typedef struct snell_film_read_desc {
     size_t struct_size;
     /* Of an OpenEXR file: the layer, such as "variance", or one channel, such as "normal.X"; NULL:
      * its colours (R G B A, or Y). A layer's name is what stands before the last dot of its
-     * channels' names; of channels without one, that of their part. A layer of one channel is grey,
+     * channels' names, or that of their part. A layer of one channel is grey,
      * X Y Z and U V become red, green and blue. */
     const char *layer;
     uint64_t memory_max; /* bytes that reading may use; 0: a share of the machine's memory */
