@@ -84,6 +84,14 @@ static bool matters(wave *w, vec3 weight) {
     return false;
 }
 
+/* A ray that leaves the surface that a policy is asked about: all that do share their origin. */
+static const ray *leave(wave *w, const shade_point *p, bool above) {
+    ray *r = &w->leaving[above];
+    if (!w->has_left[above]) scene_leave(p, above, r);
+    w->has_left[above] = true;
+    return r;
+}
+
 path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
                    const media *m, uint32_t slot, ray_kind kind) {
     if (r->depth >= w->settings.max_depth) {
@@ -97,8 +105,8 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
         return NULL;
     }
     /* In place, since rays are large and many. */
-    scene_spawn_ray(p, d, INFINITY, &child->ray);
-    child->ray.time = r->ray.time;
+    child->ray = *leave(w, p, dvec3_dot(p->n, d) > 0);
+    child->ray.d = vec3_from(d);
     child->weight = carried;
     child->pixel = r->pixel;
     child->sample = r->sample;
@@ -149,6 +157,16 @@ void emit_through_pane(wave *w, const path_ray *r, const shade_point *p, dvec3 w
 
 /* ---- direct light ---- */
 
+/* A surface that light falls on: what all samples of lights share. */
+typedef struct lit_surface {
+    const path_ray *r;
+    const shade_point *p;
+    const bsdf *b;
+    lobe_set lobes;
+    bool even; /* the lobes reflect `f` from everywhere above, as Lambert does */
+    dvec3 f;
+} lit_surface;
+
 /* What shadow rays pass as if it were not there does not absorb them either. */
 static void set_shadow_media(const media *m, const scene *s, bool met, media *out) {
     out->count = 0;
@@ -159,58 +177,63 @@ static void set_shadow_media(const media *m, const scene *s, bool met, media *ou
     }
 }
 
-/* `radiance` leaves p towards the eye unless p is in shadow. */
-static void push_shadow(wave *w, const path_ray *r, const shade_point *p, const light_sample *from,
-                        dvec3 radiance) {
-    vec3 carried = vec3_from(dvec3_mul(dvec3_from(r->weight), radiance));
+/* `radiance` leaves the surface towards the eye unless it is in shadow. */
+static void push_shadow(wave *w, const lit_surface *on, const light_sample *from, dvec3 radiance) {
+    vec3 carried = vec3_from(dvec3_mul(dvec3_from(on->r->weight), radiance));
     if (!(vec3_largest(carried) > 0)) return;
     if (w->shadow_count == w->settings.wave_size) wave_test_shadows(w);
-    const media *m = dvec3_dot(p->n, from->to_light) > 0 ? &r->media : &w->beyond;
+    bool above = dvec3_dot(on->p->n, from->to_light) > 0;
     bool met = w->settings.integrator->one_branch && from->pdf > 0;
-    if (w->aovs) aov_waits(w, r);
-    /* From the surface to the light: t = 1 is the light itself. */
+    if (w->aovs) aov_waits(w, on->r);
     shadow_ray *s = &w->shadows[w->shadow_count++];
-    scene_spawn_ray(p, from->to_light, from->infinite ? INFINITY : 1, &s->ray);
+    s->ray = *leave(w, on->p, above);
     s->light = carried;
-    s->pixel = r->pixel;
+    s->pixel = on->r->pixel;
     s->met = met;
-    set_shadow_media(m, w->settings.scene, met, &s->media);
-    if (!from->infinite) {
-        dvec3 end = dvec3_add(p->p, from->to_end);
-        s->ray.d = vec3_from(dvec3_sub(end, dvec3_from(s->ray.o)));
-    }
+    set_shadow_media(above ? &on->r->media : &w->beyond, w->settings.scene, met, &s->media);
+    /* From the surface to the light: t = 1 is the light itself. */
+    dvec3 end = dvec3_add(on->p->p, from->to_end);
+    s->ray.d = vec3_from(from->infinite ? from->to_light : dvec3_sub(end, dvec3_from(s->ray.o)));
+    s->ray.t_max = from->infinite ? INFINITY : 1;
     s->ray.mask = MASK_OPAQUE | MASK_LIGHT;
-    s->ray.time = r->ray.time;
     w->stats.shadow_rays++;
 }
 
-/* f |cos| of these lobes times the sample's light, for its density; 0 where the geometric and the
+/* f |cos| of the lobes times the sample's light, for its density; 0 where the geometric and the
  * shading side disagree about where it comes from. */
-static dvec3 light_reflected(const shade_point *p, const bsdf *b, lobe_set lobes,
-                             const light_sample *sample) {
-    dvec3 wi = dvec3_normalize(sample->to_light);
+static dvec3 light_reflected(const lit_surface *on, const light_sample *sample) {
+    const shade_point *p = on->p;
+    dvec3 wi = dvec3_normalize(sample->to_light), f = on->f;
     double cosine = dvec3_dot(p->ns, wi);
     if (!(cosine * dvec3_dot(p->n, wi) > 0)) return (dvec3){0, 0, 0};
-    dvec3 f = bsdf_evaluate(b, lobes, p->ns, p->wo, wi);
+    if (on->even && !(cosine > 0)) return (dvec3){0, 0, 0};
+    if (!on->even) f = bsdf_evaluate(on->b, on->lobes, p->ns, p->wo, wi);
     return dvec3_scale(dvec3_mul(f, sample->light), fabs(cosine));
+}
+
+static void add_light(wave *w, const lit_surface *on, const light_sample *sample, double weight,
+                      bool casts_shadow) {
+    dvec3 radiance = dvec3_scale(light_reflected(on, sample), weight);
+    if (w->settings.record) record_asked(w, on->r, on->p, sample, weight, radiance, casts_shadow);
+    if (casts_shadow) {
+        push_shadow(w, on, sample, radiance);
+        return;
+    }
+    if (w->aovs) aov_asked(w, on->r, radiance);
+    add_radiance(w, on->r, radiance);
 }
 
 void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, lobe_set lobes,
                 const light_sample *sample, double weight, bool casts_shadow) {
-    dvec3 radiance = dvec3_scale(light_reflected(p, b, lobes, sample), weight);
-    if (w->settings.record) record_asked(w, r, p, sample, weight, radiance, casts_shadow);
-    if (casts_shadow) {
-        push_shadow(w, r, p, sample, radiance);
-        return;
-    }
-    if (w->aovs) aov_asked(w, r, radiance);
-    add_radiance(w, r, radiance);
+    const lit_surface on = {.r = r, .p = p, .b = b, .lobes = lobes};
+    add_light(w, &on, sample, weight, casts_shadow);
 }
 
 /* Light from everywhere on matte lobes, with nothing in the way; they look as they do to light along
  * the normal. */
-static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
-                            const light *l) {
+static void emit_irradiance(wave *w, const lit_surface *on, const light *l) {
+    const shade_point *p = on->p;
+    const bsdf *b = on->b;
     double cosine = dvec3_dot(p->ns, p->wo);
     dvec3 sum = {0, 0, 0};
     for (int i = 0; i < b->lobe_count; i++) {
@@ -220,9 +243,9 @@ static void emit_irradiance(wave *w, const path_ray *r, const shade_point *p, co
         sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, cosine, 1)));
     }
     dvec3 irradiance = l->type->irradiance(l, p->ns);
-    if (w->settings.record) record_irradiance(w, r, sum, irradiance);
-    if (w->aovs) aov_asked(w, r, dvec3_mul(sum, irradiance));
-    add_radiance(w, r, dvec3_mul(sum, irradiance));
+    if (w->settings.record) record_irradiance(w, on->r, sum, irradiance);
+    if (w->aovs) aov_asked(w, on->r, dvec3_mul(sum, irradiance));
+    add_radiance(w, on->r, dvec3_mul(sum, irradiance));
 }
 
 /* One sample stands for the whole light. */
@@ -231,51 +254,52 @@ static double weight_of(const light_sample *sample) {
 }
 
 /* A light that is a surface, from its representatives. */
-static void emit_centers(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
-                         lobe_set lobes, uint32_t light_index) {
+static void emit_centers(wave *w, const lit_surface *on, uint32_t light_index) {
     const scene *s = w->settings.scene;
     uint32_t count = scene_light_center_count(s, light_index);
     w->asked = light_index;
     for (uint32_t k = 0; k < count; k++) {
         light_sample sample;
-        if (scene_sample_light_center(s, light_index, k, p, wave_eye(w), r->ray.time, &sample))
-            emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), true);
+        if (scene_sample_light_center(s, light_index, k, on->p, wave_eye(w), on->r->ray.time,
+                                      &sample))
+            add_light(w, on, &sample, weight_of(&sample), true);
     }
 }
 
 /* One that is none. */
-static void emit_center(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
-                        lobe_set lobes, uint32_t light_index) {
+static void emit_center(wave *w, const lit_surface *on, uint32_t light_index) {
     const light *l = &w->settings.scene->lights[light_index];
     light_sample sample;
     w->asked = light_index;
     if (l->type->irradiance)
-        emit_irradiance(w, r, p, b, l);
-    else if (light_sample_middle(l, p->p, wave_eye(w), &sample))
-        emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), l->type->casts_shadow);
+        emit_irradiance(w, on, l);
+    else if (light_sample_middle(l, on->p->p, wave_eye(w), &sample))
+        add_light(w, on, &sample, weight_of(&sample), l->type->casts_shadow);
 }
 
-static void emit_area(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
-                      lobe_set lobes, uint32_t light_index) {
+static void emit_area(wave *w, const lit_surface *on, uint32_t light_index) {
     const scene *s = w->settings.scene;
     const light_type *type = scene_light_type(s, light_index);
     light_sample sample;
-    sample2 u = wave_draw_child(w, r, light_index, SAMPLE_LIGHT);
+    sample2 u = wave_draw_child(w, on->r, light_index, SAMPLE_LIGHT);
     w->asked = light_index;
-    if (!scene_sample_light(s, light_index, p, wave_eye(w), r->ray.time, u, &sample)) return;
-    if (sample.pdf > 0) lobes &= LOBES_DIFFUSE;
-    emit_light(w, r, p, b, lobes, &sample, weight_of(&sample), !type || type->casts_shadow);
+    if (!scene_sample_light(s, light_index, on->p, wave_eye(w), on->r->ray.time, u, &sample)) return;
+    lit_surface part = *on;
+    if (sample.pdf > 0) part.lobes &= LOBES_DIFFUSE;
+    add_light(w, &part, &sample, weight_of(&sample), !type || type->casts_shadow);
 }
 
 void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                        lobe_set lobes, light_places places) {
     if (!bsdf_is_lit(b, lobes)) return;
+    lit_surface on = {.r = r, .p = p, .b = b, .lobes = lobes};
+    on.even = bsdf_is_even(b, lobes, &on.f);
     const scene *s = w->settings.scene;
     uint32_t i = 0, count = scene_light_count(s);
     if (places == LIGHT_AREAS) {
-        for (; i < count; i++) emit_area(w, r, p, b, lobes, i);
+        for (; i < count; i++) emit_area(w, &on, i);
         return;
     }
-    for (; i < s->light_count; i++) emit_center(w, r, p, b, lobes, i);
-    for (; i < count; i++) emit_centers(w, r, p, b, lobes, i);
+    for (; i < s->light_count; i++) emit_center(w, &on, i);
+    for (; i < count; i++) emit_centers(w, &on, i);
 }

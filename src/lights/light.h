@@ -47,6 +47,9 @@ typedef struct light_type {
     bool (*sample)(const light *l, dvec3 p, dvec3 eye, sample2 u, light_sample *out);
     /* The same from the middle alone, standing for the whole light; NULL: `sample` at (.5, .5). */
     bool (*middle)(const light *l, light_sample *out);
+    /* Lights that shine alike in all directions from one point: what `sample` makes light_sample_point
+     * of. NULL: others. */
+    void (*point)(const void *desc, dvec3 *position, dvec3 *intensity);
     /* Lights that a leaving ray meets: the radiance that comes from direction d (unit), and the
      * density with which `sample` draws d. NULL: no ray meets it. */
     dvec3 (*radiance)(const light *l, dvec3 d);
@@ -81,16 +84,28 @@ struct light {
     const void *desc;
     void *state; /* of prepare; owned */
     const texture *textures;
+    dvec3 position, intensity; /* of type->point, if it has that */
 };
+
+/* Point lights: I / r^2 (Cornell CS4620, "Irradiance from isotropic point source"). */
+static inline bool light_sample_point(dvec3 position, dvec3 intensity, dvec3 p, light_sample *out) {
+    dvec3 to_light = dvec3_sub(position, p);
+    double squared = dvec3_dot(to_light, to_light);
+    if (!(squared > 0)) return false;
+    out->to_light = to_light;
+    out->to_end = to_light;
+    out->infinite = false;
+    out->light = dvec3_scale(intensity, 1 / squared);
+    out->pdf = 0;
+    return true;
+}
 
 /* From its middle alone: what stands for the whole light where one ray goes to each. */
 static inline bool light_sample_middle(const light *l, dvec3 p, dvec3 eye, light_sample *out) {
     const sample2 half = {0.5, 0.5};
+    if (l->type->point) return light_sample_point(l->position, l->intensity, p, out);
     return l->type->middle ? l->type->middle(l, out) : l->type->sample(l, p, eye, half, out);
 }
-
-/* Point lights: I / r^2 (Cornell CS4620, "Irradiance from isotropic point source"). */
-bool light_sample_point(dvec3 position, dvec3 intensity, dvec3 p, light_sample *out);
 
 #define LUMINANCE(c) (0.2126 * (c).x + 0.7152 * (c).y + 0.0722 * (c).z) /* Rec. 709 */
 

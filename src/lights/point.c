@@ -15,10 +15,16 @@ static dvec3 intensity_of(const point_desc *l) {
     return dvec3_largest(power) > 0 ? dvec3_scale(power, 1 / (4 * PI)) : dvec3_from(l->intensity);
 }
 
+static void point(const void *desc, dvec3 *position, dvec3 *intensity) {
+    *position = dvec3_from(((const point_desc *)desc)->position);
+    *intensity = intensity_of(desc);
+}
+
 static bool sample(const light *l, dvec3 p, dvec3 eye, sample2 u, light_sample *out) {
     (void)eye, (void)u;
-    const point_desc *desc = l->desc;
-    return light_sample_point(dvec3_from(desc->position), intensity_of(desc), p, out);
+    dvec3 position, intensity;
+    point(l->desc, &position, &intensity);
+    return light_sample_point(position, intensity, p, out);
 }
 
 static dvec3 power(const light *l, double scene_radius) {
@@ -36,6 +42,7 @@ const light_type light_point = {
     .info = TYPE_INFO_EITHER(CATEGORY_LIGHT, point, "point",
                              "shines from one point in every direction", "intensity|power"),
     .sample = sample,
+    .point = point,
     .power = power,
     .place = place,
     .casts_shadow = true,

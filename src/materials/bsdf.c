@@ -52,6 +52,14 @@ bool bsdf_is_lit(const bsdf *b, lobe_set set) {
     return false;
 }
 
+bool bsdf_is_even(const bsdf *b, lobe_set set, dvec3 *f) {
+    for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++)
+        if (counts(l, set) && (l->type != &lobe_lambert || l->coats)) return false;
+    const dvec3 up = {0, 0, 1};
+    *f = bsdf_evaluate(b, set, up, up, up);
+    return true;
+}
+
 dvec3 bsdf_passing(const bsdf *b) {
     for (int i = 0; i < b->lobe_count; i++)
         if (b->lobes[i].type->transmits) return b->lobes[i].weight;

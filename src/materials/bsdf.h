@@ -90,6 +90,8 @@ lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter);
 /* The sum of the lobes of `set` that are not delta. */
 dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi);
 bool bsdf_is_lit(const bsdf *b, lobe_set set); /* has a lobe of the set that is not delta */
+/* Whether bsdf_evaluate is the same *f for every wi above, and 0 for those below. */
+bool bsdf_is_even(const bsdf *b, lobe_set set, dvec3 *f);
 /* The colour of light that crosses an interface, beside Fresnel's factor; 1 where there is none. */
 dvec3 bsdf_passing(const bsdf *b);
 

@@ -97,7 +97,8 @@ static snell_status freeze_light_objects(scene *s, const object_list *lights, th
             status = make_body_material(s, body);
         } else {
             light *l = &s->lights[s->light_count++];
-            *l = (light){type, o->desc, NULL, s->textures};
+            *l = (light){.type = type, .desc = o->desc, .textures = s->textures};
+            if (type->point) type->point(o->desc, &l->position, &l->intensity);
             if (type->prepare) status = type->prepare(o->desc, s->textures, pool, &l->state);
         }
         if (status) return status;
@@ -415,10 +416,17 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }
 
-void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out) {
-    vec3 o = surface_offset_point(point->p, point->n, point->clearance, dvec3_dot(point->n, d));
-    *out = ray_make(o, vec3_from(d), 0, t_max);
+void scene_leave(const shade_point *point, bool above, ray *out) {
+    vec3 o = surface_offset_point(point->p, point->n, point->clearance, above ? 1 : -1);
+    *out = ray_make(o, (vec3){0, 0, 0}, 0, INFINITY);
+    out->time = point->time;
     if (!point->flat) return;
     out->skip_instance = point->instance;
     out->skip_primitive = point->primitive;
+}
+
+void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out) {
+    scene_leave(point, dvec3_dot(point->n, d) > 0, out);
+    out->d = vec3_from(d);
+    out->t_max = t_max;
 }
