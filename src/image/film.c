@@ -5,21 +5,17 @@
 
 #include "base/memory.h"
 
-/* (fixed128)(value * 2^80), truncated towards 0, by shifting the mantissa: several times as fast as the compiler's
- * conversion. */
+/* (fixed128)(value * 2^80), truncated towards 0, in two halves that a register holds: several times as fast as the
+ * compiler's conversion. Every step but the last is exact. */
 fixed128 fixed_from(double value, uint64_t *overflows) {
-    uint64_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    int exponent = (int)(bits >> 52 & 0x7ff) - 1023; /* |value| = 1.mantissa * 2^exponent */
-    if (exponent >= 46) {                            /* infinity and NaN too */
+    if (!(fabs(value) < 0x1p46)) { /* infinity and NaN too */
         (*overflows)++;
         return 0;
     }
-    int shift = exponent + 80 - 52;
-    if (shift <= -53) return 0; /* under 2^-80, denormal numbers too */
-    fixed128 mantissa = (fixed128)((bits & 0xfffffffffffffu) | 1ull << 52);
-    fixed128 magnitude = shift >= 0 ? mantissa << shift : mantissa >> -shift;
-    return bits >> 63 ? -magnitude : magnitude;
+    double scaled = value * 0x1p17;
+    int64_t high = (int64_t)scaled;
+    int64_t low = (int64_t)((scaled - (double)high) * 0x1p63);
+    return (fixed128)high * ((fixed128)1 << 63) + low;
 }
 
 double fixed_to(fixed128 value) { return (double)value * 0x1p-80; }
