@@ -185,17 +185,18 @@ static void push_shadow(wave *w, const lit_surface *on, const light_sample *from
     bool above = dvec3_dot(on->p->n, from->to_light) > 0;
     bool met = w->settings.integrator->one_branch && from->pdf > 0;
     if (w->aovs) aov_waits(w, on->r);
+    ray *to_light = &w->shadow_rays[w->shadow_count];
     shadow_ray *s = &w->shadows[w->shadow_count++];
-    s->ray = *leave(w, on->p, above);
     s->light = carried;
     s->pixel = on->r->pixel;
     s->met = met;
     set_shadow_media(above ? &on->r->media : &w->beyond, w->settings.scene, met, &s->media);
-    /* From the surface to the light: t = 1 is the light itself. */
-    dvec3 end = dvec3_add(on->p->p, from->to_end);
-    s->ray.d = vec3_from(from->infinite ? from->to_light : dvec3_sub(end, dvec3_from(s->ray.o)));
-    s->ray.t_max = from->infinite ? INFINITY : 1;
-    s->ray.mask = MASK_OPAQUE | MASK_LIGHT;
+    dvec3 end = dvec3_add(on->p->p, from->to_end); /* t = 1 there */
+    *to_light = *leave(w, on->p, above);
+    to_light->d =
+        vec3_from(from->infinite ? from->to_light : dvec3_sub(end, dvec3_from(to_light->o)));
+    to_light->t_max = from->infinite ? INFINITY : 1;
+    to_light->mask = MASK_OPAQUE | MASK_LIGHT;
     w->stats.shadow_rays++;
 }
 

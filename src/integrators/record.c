@@ -320,7 +320,7 @@ static void set_blocker(const wave *w, size_t index, const hit *h) {
     recorded_light *of = waiting_light(w->settings.record, index);
     if (of == NULL || h->instance == NO_ID) return;
     of->blocker = h->instance;
-    of->said.blocker_distance = (double)h->t * dvec3_length(dvec3_from(w->shadows[index].ray.d));
+    of->said.blocker_distance = (double)h->t * dvec3_length(dvec3_from(w->shadow_rays[index].d));
 }
 
 /* The loop only asks whether anything is in the way; here the nearest is found. */
@@ -328,7 +328,7 @@ void record_blocked(const wave *w) {
     for (size_t i = 0; i < w->shadow_count; i++) {
         if (!w->blocked[i] || waiting_light(w->settings.record, i) == NULL) continue;
         hit h;
-        accel_trace(w->settings.scene->accel, w->settings.isa, &w->shadows[i].ray, &h, 1, NULL);
+        accel_trace(w->settings.scene->accel, w->settings.isa, &w->shadow_rays[i], &h, 1, NULL);
         set_blocker(w, i, &h);
     }
 }

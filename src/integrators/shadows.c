@@ -63,28 +63,28 @@ static dvec3 surface_filter(wave *w, const shade_point *p, bool met, media *m) {
 /* Walks through everything that filters; in appel and whitted light goes straight on through glass.
  * Light that a path may meet by itself has to pass what casts no shadow too: else it would count
  * through it as a shadow ray, and again, or not at all, as what the path meets. */
-static dvec3 shadow_filter(wave *w, shadow_ray *r) {
+static dvec3 shadow_filter(wave *w, shadow_ray *of, ray *r) {
     const scene *s = w->settings.scene;
     dvec3 through = {1, 1, 1};
-    double from = 0, length = dvec3_length(dvec3_from(r->ray.d)); /* metres */
-    r->ray.mask = MASK_FILTER | (r->met ? MASK_NO_SHADOW : 0u);
+    double from = 0, length = dvec3_length(dvec3_from(r->d)); /* metres */
+    r->mask = MASK_FILTER | (of->met ? MASK_NO_SHADOW : 0u);
     for (int step = 0; step < FILTER_STEPS_MAX; step++) {
         hit h;
-        accel_trace(s->accel, w->settings.isa, &r->ray, &h, 1, &w->stats.shadow_counters);
-        double end = h.instance == NO_ID ? (double)r->ray.t_max : (double)h.t;
-        through = dvec3_mul(through, media_transmittance(&r->media, s, (end - from) * length));
+        accel_trace(s->accel, w->settings.isa, r, &h, 1, &w->stats.shadow_counters);
+        double end = h.instance == NO_ID ? (double)r->t_max : (double)h.t;
+        through = dvec3_mul(through, media_transmittance(&of->media, s, (end - from) * length));
         if (h.instance == NO_ID) return through;
         shade_point p;
-        scene_shade_point(s, &r->ray, &h, &p);
-        through = dvec3_mul(through, surface_filter(w, &p, r->met, &r->media));
+        scene_shade_point(s, r, &h, &p);
+        through = dvec3_mul(through, surface_filter(w, &p, of->met, &of->media));
         if (!(dvec3_largest(through) > 0)) {
             if (w->settings.record) record_stopped(w, &h);
             return through;
         }
         from = end;
-        r->ray.after_t = h.t;
-        r->ray.after_instance = h.instance;
-        r->ray.after_primitive = h.primitive;
+        r->after_t = h.t;
+        r->after_instance = h.instance;
+        r->after_primitive = h.primitive;
     }
     w->stats.blocked_by_cap++;
     return (dvec3){0, 0, 0};
@@ -96,14 +96,12 @@ void wave_look_up(wave *w) {
     if (w->go_on && !w->stopped && !w->go_on(w->user, &w->stats)) w->stopped = true;
 }
 
-/* Uses w->rays and w->blocked, which nothing needs any more once the wave's hits are known. */
 void wave_test_shadows(wave *w) {
     enum { WALKS_BETWEEN_LOOKS = 256 };
     const scene *s = w->settings.scene;
     shadow_ray *shadows = w->shadows;
     wave_phase before = wave_begin_phase(w, WAVE_SHADOWS);
-    for (size_t i = 0; i < w->shadow_count; i++) w->rays[i] = shadows[i].ray;
-    accel_occluded(s->accel, w->settings.isa, w->rays, w->blocked, w->shadow_count,
+    accel_occluded(s->accel, w->settings.isa, w->shadow_rays, w->blocked, w->shadow_count,
                    &w->stats.shadow_counters);
     if (w->settings.record) record_blocked(w);
     if (w->aovs) aov_traced_shadows(w);
@@ -111,7 +109,7 @@ void wave_test_shadows(wave *w) {
         if (w->blocked[i]) continue;
         dvec3 arriving = dvec3_from(shadows[i].light);
         if (s->has_filters || (shadows[i].met && s->has_unshadowing)) {
-            dvec3 through = shadow_filter(w, &shadows[i]);
+            dvec3 through = shadow_filter(w, &shadows[i], &w->shadow_rays[i]);
             if (w->settings.record) record_filtered(w, i, through);
             arriving = dvec3_mul(arriving, through);
             if (i % WALKS_BETWEEN_LOOKS == WALKS_BETWEEN_LOOKS - 1) wave_look_up(w);

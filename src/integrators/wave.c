@@ -28,8 +28,9 @@ snell_status wave_create(const wave_settings *settings, wave **out) {
     w->hits = memory_resize(NULL, size, sizeof *w->hits);
     w->blocked = memory_resize(NULL, size, sizeof *w->blocked);
     w->shadows = memory_resize(NULL, size, sizeof *w->shadows);
+    w->shadow_rays = memory_resize(NULL, size, sizeof *w->shadow_rays);
     if (settings->aovs) w->light_ways = memory_resize(NULL, size, sizeof *w->light_ways);
-    bool room = w->rays && w->hits && w->blocked && w->shadows;
+    bool room = w->rays && w->hits && w->blocked && w->shadows && w->shadow_rays;
     if (!room || (settings->aovs && !w->light_ways)) {
         wave_destroy(w);
         return error_no_memory();
@@ -42,6 +43,7 @@ void wave_destroy(wave *w) {
     if (w == NULL) return;
     free(w->pool);
     free(w->shadows);
+    free(w->shadow_rays);
     free(w->next);
     free(w->rays);
     free(w->hits);
@@ -53,7 +55,8 @@ void wave_destroy(wave *w) {
 const wave_stats *wave_get_stats(const wave *w) { return &w->stats; }
 
 size_t wave_memory(const wave *w) {
-    size_t each = sizeof *w->rays + sizeof *w->hits + sizeof *w->blocked + sizeof *w->shadows;
+    size_t each = sizeof *w->rays + sizeof *w->hits + sizeof *w->blocked + sizeof *w->shadows +
+                  sizeof *w->shadow_rays;
     return sizeof *w + (w->pool_capacity + w->next_capacity) * sizeof *w->pool +
            w->settings.wave_size * each;
 }

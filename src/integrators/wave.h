@@ -5,9 +5,8 @@
 
 #include "integrators/integrator.h"
 
-/* A shadow ray: what it adds to the film if light gets through. */
+/* What a shadow ray adds to the film if light gets through. */
 typedef struct shadow_ray {
-    ray ray;
     vec3 light; /* weighted */
     uint32_t pixel;
     bool met; /* a path could find this light by itself: `shadow = "none"` hides nothing */
@@ -21,6 +20,7 @@ struct wave {
     path_ray *next; /* what the wave that is being traced emits */
     size_t next_count, next_capacity;
     shadow_ray *shadows;
+    ray *shadow_rays; /* of each the ray, as the kernels take them */
     size_t shadow_count; /* at most a wave: then they are tested */
     /* what is being traced */
     ray *rays;
