@@ -84,12 +84,11 @@ static bool matters(wave *w, vec3 weight) {
     return false;
 }
 
-/* A ray that leaves the surface that a policy is asked about: all that do share their origin. */
-static const ray *leave(wave *w, const shade_point *p, bool above) {
-    ray *r = &w->leaving[above];
-    if (!w->has_left[above]) scene_leave(p, above, r);
-    w->has_left[above] = true;
-    return r;
+/* Where rays start from the surface that a policy is asked about. */
+static dvec3 origin_of(wave *w, const shade_point *p, bool above) {
+    if (!w->has_origin[above]) w->origin[above] = dvec3_from(scene_origin(p, above));
+    w->has_origin[above] = true;
+    return w->origin[above];
 }
 
 path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dvec3 weight,
@@ -105,8 +104,8 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
         return NULL;
     }
     /* In place, since rays are large and many. */
-    child->ray = *leave(w, p, dvec3_dot(p->n, d) > 0);
-    child->ray.d = vec3_from(d);
+    dvec3 o = origin_of(w, p, dvec3_dot(p->n, d) > 0);
+    scene_start_ray(p, vec3_from(o), vec3_from(d), INFINITY, &child->ray);
     child->weight = carried;
     child->pixel = r->pixel;
     child->sample = r->sample;
@@ -191,11 +190,9 @@ static void push_shadow(wave *w, const lit_surface *on, const light_sample *from
     s->pixel = on->r->pixel;
     s->met = met;
     set_shadow_media(above ? &on->r->media : &w->beyond, w->settings.scene, met, &s->media);
-    dvec3 end = dvec3_add(on->p->p, from->to_end); /* t = 1 there */
-    *to_light = *leave(w, on->p, above);
-    to_light->d =
-        vec3_from(from->infinite ? from->to_light : dvec3_sub(end, dvec3_from(to_light->o)));
-    to_light->t_max = from->infinite ? INFINITY : 1;
+    dvec3 o = origin_of(w, on->p, above), end = dvec3_add(on->p->p, from->to_end);
+    dvec3 d = from->infinite ? from->to_light : dvec3_sub(end, o); /* t = 1 at the end */
+    scene_start_ray(on->p, vec3_from(o), vec3_from(d), from->infinite ? INFINITY : 1, to_light);
     to_light->mask = MASK_OPAQUE | MASK_LIGHT;
     w->stats.shadow_rays++;
 }

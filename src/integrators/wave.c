@@ -167,7 +167,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     bool straight = w->settings.integrator->one_branch && b.alpha >= 1 && wave_goes_straight_on(&b);
     if (straight) b.lobe_count = 0; /* it only shines */
     w->at = h;
-    w->has_left[0] = w->has_left[1] = false;
+    w->has_origin[0] = w->has_origin[1] = false;
     w->settings.integrator->hit(w, r, &p, &b);
     if (straight) {
         r->primary = false; /* the surface has covered the pixel, as one that refracts has */

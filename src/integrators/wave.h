@@ -32,8 +32,8 @@ struct wave {
     uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
     media beyond;                              /* of the surface that a policy is asked about */
     const hit *at;                             /* and where that is */
-    ray leaving[2];                            /* rays that leave there, below and above .. */
-    bool has_left[2];                          /* .. once one has */
+    dvec3 origin[2];                           /* of rays that leave there, below and above, .. */
+    bool has_origin[2];                        /* .. once one has; floats */
     uint32_t asked;                            /* the light that emit_light is about */
     bool out_of_memory, stopped;
     bool (*go_on)(void *user, const wave_stats *stats);

@@ -53,10 +53,13 @@ bool bsdf_is_lit(const bsdf *b, lobe_set set) {
 }
 
 bool bsdf_is_even(const bsdf *b, lobe_set set, dvec3 *f) {
-    for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++)
-        if (counts(l, set) && (l->type != &lobe_lambert || l->coats)) return false;
-    const dvec3 up = {0, 0, 1};
-    *f = bsdf_evaluate(b, set, up, up, up);
+    const dvec3 any = {0, 0, 0};
+    *f = any;
+    for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++) {
+        if (!counts(l, set)) continue;
+        if (l->type != &lobe_lambert || l->coats) return false;
+        *f = dvec3_add(*f, l->type->evaluate(l, b, any, any, any));
+    }
     return true;
 }
 

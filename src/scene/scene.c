@@ -416,17 +416,7 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
     if (!(dvec3_dot(out->ns, wo) > 0)) out->ns = out->n;
 }
 
-void scene_leave(const shade_point *point, bool above, ray *out) {
-    vec3 o = surface_offset_point(point->p, point->n, point->clearance, above ? 1 : -1);
-    *out = ray_make(o, (vec3){0, 0, 0}, 0, INFINITY);
-    out->time = point->time;
-    if (!point->flat) return;
-    out->skip_instance = point->instance;
-    out->skip_primitive = point->primitive;
-}
-
 void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out) {
-    scene_leave(point, dvec3_dot(point->n, d) > 0, out);
-    out->d = vec3_from(d);
-    out->t_max = t_max;
+    scene_start_ray(point, scene_origin(point, dvec3_dot(point->n, d) > 0), vec3_from(d), t_max,
+                    out);
 }

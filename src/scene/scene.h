@@ -222,9 +222,19 @@ void scene_bend_normal(const scene *s, shade_point *point);
  * world (what moves is known while a camera's shutter is open). Slower than what rays need. */
 void scene_hit_uv(const scene *s, const ray *r, const hit *h, double uv[2]);
 dvec3 scene_hit_moved(const scene *s, const ray *r, const hit *h, float time);
-/* A ray from the point, above n or below, whose direction is yet to be set. */
-void scene_leave(const shade_point *point, bool above, ray *out);
 /* A ray from the point into direction d (any length), on the side of n that d points to. */
 void scene_spawn_ray(const shade_point *point, dvec3 d, float t_max, ray *out);
+/* Its parts: where all rays start that leave on one side of n, and such a ray. */
+static inline vec3 scene_origin(const shade_point *point, bool above) {
+    return surface_offset_point(point->p, point->n, point->clearance, above ? 1 : -1);
+}
+static inline void scene_start_ray(const shade_point *point, vec3 o, vec3 d, float t_max,
+                                   ray *out) {
+    *out = ray_make(o, d, 0, t_max);
+    out->time = point->time;
+    if (!point->flat) return;
+    out->skip_instance = point->instance;
+    out->skip_primitive = point->primitive;
+}
 
 #endif
