@@ -201,6 +201,9 @@ static void push_shadow(wave *w, const lit_surface *on, const light_sample *from
  * shading side disagree about where it comes from. */
 static dvec3 light_reflected(const lit_surface *on, const light_sample *sample) {
     const shade_point *p = on->p;
+    dvec3 to = sample->to_light;
+    double slack = -1e-9 * (fabs(to.x) + fabs(to.y) + fabs(to.z));
+    if (on->even && (dvec3_dot(p->ns, to) < slack || dvec3_dot(p->n, to) < slack)) return (dvec3){0, 0, 0};
     dvec3 wi = dvec3_normalize(sample->to_light), f = on->f;
     double cosine = dvec3_dot(p->ns, wi);
     if (!(cosine * dvec3_dot(p->n, wi) > 0)) return (dvec3){0, 0, 0};
