@@ -3,15 +3,29 @@
 #include "base/error.h"
 #include "maths/functions.h"
 
-/* x rounded to float, strictly beyond `from` in the direction of `step`; to nearest if step is 0.
- */
-static float round_beyond(double x, double from, double step) {
-    float f = (float)x;
-    if (step > 0)
-        while ((double)f < x || (double)f <= from) f = float_above(f);
-    else if (step < 0)
-        while ((double)f > x || (double)f >= from) f = float_below(f);
+#include <string.h>
+
+/* The next float if `up` is 1, f itself if it is 0. To floats as integers, that of -0 is -1. */
+static float raised(float f, int up) {
+    int32_t bits;
+    memcpy(&bits, &f, sizeof bits);
+    bits ^= bits >> 31 & INT32_MAX;
+    bits += up;
+    bits ^= bits >> 31 & INT32_MAX;
+    memcpy(&f, &bits, sizeof bits);
     return f;
+}
+
+/* x, which is not before `from`, rounded to float, strictly beyond `from` in the direction of `step`; to nearest if
+ * step is 0. Twice at most: from the nearest float to one that is not before x, and on from -0 or from `from`. Without
+ * branches, which nothing could predict. */
+static float round_beyond(double x, double from, double step) {
+    double side = step < 0 ? -1 : 1, goal = side * x, start = side * from;
+    int moves = fabs(step) > 0;
+    float f = (float)goal;
+    f = raised(f, moves & (((double)f < goal) | ((double)f <= start)));
+    f = raised(f, moves & ((double)f <= start));
+    return (float)side * f;
 }
 
 vec3 surface_offset_origin(const surface *s, double side) {
