@@ -201,10 +201,12 @@ static void push_shadow(wave *w, const lit_surface *on, const light_sample *from
  * shading side disagree about where it comes from. */
 static dvec3 light_reflected(const lit_surface *on, const light_sample *sample) {
     const shade_point *p = on->p;
-    dvec3 to = sample->to_light;
+    dvec3 to = sample->to_light, wi, f = on->f;
+    /* Clearly below, whatever is rounded: nothing would come of the root and the division. */
     double slack = -1e-9 * (fabs(to.x) + fabs(to.y) + fabs(to.z));
-    if (on->even && (dvec3_dot(p->ns, to) < slack || dvec3_dot(p->n, to) < slack)) return (dvec3){0, 0, 0};
-    dvec3 wi = dvec3_normalize(sample->to_light), f = on->f;
+    bool below = dvec3_dot(p->ns, to) < slack || dvec3_dot(p->n, to) < slack;
+    if (on->even && below) return (dvec3){0, 0, 0};
+    wi = dvec3_normalize(to);
     double cosine = dvec3_dot(p->ns, wi);
     if (!(cosine * dvec3_dot(p->n, wi) > 0)) return (dvec3){0, 0, 0};
     if (on->even && !(cosine > 0)) return (dvec3){0, 0, 0};
@@ -284,7 +286,8 @@ static void emit_area(wave *w, const lit_surface *on, uint32_t light_index) {
     light_sample sample;
     sample2 u = wave_draw_child(w, on->r, light_index, SAMPLE_LIGHT);
     w->asked = light_index;
-    if (!scene_sample_light(s, light_index, on->p, wave_eye(w), on->r->ray.time, u, &sample)) return;
+    if (!scene_sample_light(s, light_index, on->p, wave_eye(w), on->r->ray.time, u, &sample))
+        return;
     lit_surface part = *on;
     if (sample.pdf > 0) part.lobes &= LOBES_DIFFUSE;
     add_light(w, &part, &sample, weight_of(&sample), !type || type->casts_shadow);

@@ -20,7 +20,7 @@ struct wave {
     path_ray *next; /* what the wave that is being traced emits */
     size_t next_count, next_capacity;
     shadow_ray *shadows;
-    ray *shadow_rays; /* of each the ray, as the kernels take them */
+    ray *shadow_rays;    /* of each the ray, as the kernels take them */
     size_t shadow_count; /* at most a wave: then they are tested */
     /* what is being traced */
     ray *rays;

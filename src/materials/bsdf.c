@@ -52,13 +52,15 @@ bool bsdf_is_lit(const bsdf *b, lobe_set set) {
     return false;
 }
 
+/* Lambert's f, the same for all directions. */
+static dvec3 lambert(const lobe *l) { return dvec3_scale(l->weight, 1 / PI); }
+
 bool bsdf_is_even(const bsdf *b, lobe_set set, dvec3 *f) {
-    const dvec3 any = {0, 0, 0};
-    *f = any;
+    *f = (dvec3){0, 0, 0};
     for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++) {
         if (!counts(l, set)) continue;
         if (l->type != &lobe_lambert || l->coats) return false;
-        *f = dvec3_add(*f, l->type->evaluate(l, b, any, any, any));
+        *f = dvec3_add(*f, lambert(l));
     }
     return true;
 }
@@ -209,7 +211,7 @@ bool bsdf_sample(const bsdf *b, dvec3 n, dvec3 wo, double choice, sample2 u, bsd
 
 static dvec3 evaluate_lambert(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
     (void)b, (void)n, (void)wo, (void)wi;
-    return dvec3_scale(l->weight, 1 / PI);
+    return lambert(l);
 }
 
 static double pdf_lambert(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
