@@ -432,6 +432,30 @@ static void both_ways_are_the_same(void **state) {
     }
 }
 
+/* ---- what is even ---- */
+
+/* What bsdf_is_even says of all directions is what bsdf_evaluate says of each. */
+static void even_is_even(void **state) {
+    (void)state;
+    uint64_t random = 5;
+    int even = 0;
+    for (int i = 0; i < variant_count; i++) {
+        bsdf b = look_at(&variants[i].m, true);
+        dvec3 f, at;
+        if (!bsdf_is_even(&b, LOBES_LIT, &f)) continue;
+        even++;
+        for (int k = 0; k < 100; k++) {
+            dvec3 wo = direction(uniform(&random), 6.3 * uniform(&random));
+            dvec3 wi = direction(2 * uniform(&random) - 1, 6.3 * uniform(&random));
+            at = bsdf_evaluate(&b, LOBES_LIT, UP, wo, wi);
+            dvec3 said = wi.z > 0 ? f : (dvec3){0, 0, 0};
+            if (at.x != said.x || at.y != said.y || at.z != said.z)
+                fail_msg("%s: %g, not %g at %g", variants[i].label, at.x, said.x, wi.z);
+        }
+    }
+    assert_true(even > 1 && even < variant_count);
+}
+
 /* ---- edges ---- */
 
 static void numbers_stay_finite(void **state) {
@@ -488,6 +512,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(numbers_stay_finite),
         cmocka_unit_test(both_ways_are_the_same),
+        cmocka_unit_test(even_is_even),
         cmocka_unit_test(nothing_gains),
         cmocka_unit_test(furnaces_stay_white),
         cmocka_unit_test(tables_are_the_integrals),
