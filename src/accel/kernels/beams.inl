@@ -99,9 +99,9 @@ INLINE void make_beam(beam *k, const tile *t, uint64_t rays) {
         f16_store(k->best_t + at, f16_load(t->t_max + at));
         f16_store(k->best_u + at, f16_set(0));
         f16_store(k->best_v + at, f16_set(0));
-        u16_store_lanes(k->primitive + at, NO_ID, 0xffff);
-        u16_store_lanes(k->skip + at, NO_ID, 0xffff);
     }
+    memset(k->primitive, 0xff, sizeof k->primitive); /* NO_ID */
+    memset(k->skip, 0xff, sizeof k->skip);
     for (; rays != 0; rays &= rays - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(rays);
         if (t->rays[i].skip_instance == 0) k->skip[i] = t->rays[i].skip_primitive;
