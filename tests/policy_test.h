@@ -28,7 +28,6 @@ static inline estimate estimate_policy(rig *r, const integrator *policy, snell_v
                               .filter = &box,
                               .width = ESTIMATE_SIDE,
                               .height = ESTIMATE_SIDE,
-                              .samples = samples,
                               .max_depth = depth,
                               .seed = 77,
                               .pixel_center = true,
@@ -39,7 +38,8 @@ static inline estimate estimate_policy(rig *r, const integrator *policy, snell_v
     wave *w;
     MUST(wave_create(&settings, &w));
     static film_block block;
-    MUST(wave_render_block(w, 0, 0, ESTIMATE_SIDE, ESTIMATE_SIDE, &block, always_on, NULL));
+    const wave_samples all = {0, samples, 0, samples};
+    MUST(wave_render_block(w, 0, 0, ESTIMATE_SIDE, ESTIMATE_SIDE, &all, &block, always_on, NULL));
     assert_int_equal(wave_get_stats(w)->film_overflows, 0);
     wave_destroy(w);
     pixel_filter_free(&box);

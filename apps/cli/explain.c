@@ -210,10 +210,31 @@ static int check_inside(const explained *e) {
                             "there is no pixel %" PRIu32 ",%" PRIu32 ": the picture is %" PRIu32
                             "x%" PRIu32,
                             e->x, e->y, width, height);
-    if (e->has_sample && e->sample >= d->samples)
+    return EXIT_DONE;
+}
+
+/* With a noise, a pixel's samples are decided by the whole picture: its tag tells, or it is rendered. */
+static int count_samples(explained *e) {
+    snell_render_desc *d = &e->stage->desc;
+    uint32_t has = e->tag != NULL ? tag_samples(e->tag, d, e->x, e->y) : 0;
+    if (has == 0 && d->noise > 0) {
+        snell_film *film = NULL;
+        uint32_t width = 0;
+        int code = stage_status(e->stage, snell_film_create(e->stage->session->context, &film));
+        if (code == EXIT_DONE) code = stage_status(e->stage, snell_render(e->stage->scene, d, film));
+        if (code == EXIT_DONE) {
+            snell_film_pixels(film, &width, NULL, NULL);
+            has = snell_film_samples(film)[(size_t)e->y * width + e->x];
+        }
+        snell_film_destroy(film);
+        if (code != EXIT_DONE) return code;
+    }
+    e->samples_given = d->noise > 0 ? has : 0;
+    uint32_t count = d->noise > 0 ? has : d->samples;
+    if (e->has_sample && e->sample >= count)
         return report_usage("they count from 0",
                             "--sample: there is no sample %" PRIu32 ": the pixel has %" PRIu32,
-                            e->sample, d->samples);
+                            e->sample, count);
     return EXIT_DONE;
 }
 
@@ -249,6 +270,7 @@ static int explain_stage(explained *e) {
     snell_explanation *found = NULL;
     pixel.x = e->x;
     pixel.y = e->y;
+    pixel.samples = e->samples_given;
     if (e->has_sample) {
         pixel.first_sample = e->sample;
         pixel.sample_count = 1;
@@ -288,6 +310,7 @@ static int explain_scene(explained *e, const source *from, const char *scene) {
     }
     if (code == EXIT_DONE) code = stage_prepare(&staged);
     if (code == EXIT_DONE) code = check_inside(e);
+    if (code == EXIT_DONE) code = count_samples(e);
     if (code == EXIT_DONE) code = explain_stage(e);
     progress_end();
     snell_scene_destroy(staged.scene);
@@ -304,6 +327,7 @@ static int explain_picture(explained *e) {
     if (code == EXIT_DONE) code = find_scene(e->file, &from, &scene);
     if (code == EXIT_DONE) code = take_options(e->file, &from, e->options, &joined);
     e->options = &joined;
+    e->tag = from.tag;
     if (code == EXIT_DONE) code = explain_scene(e, &from, scene);
     options_free(&joined);
     source_free(&from);

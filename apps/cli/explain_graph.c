@@ -128,7 +128,7 @@ json_t *explain_json(const explained *e) {
     json_object_set_new(root, "width", json_integer(d->width));
     json_object_set_new(root, "height", json_integer(d->height));
     json_object_set_new(root, "integrator", json_string(integrator_name(d->integrator)));
-    json_object_set_new(root, "samples", json_integer(d->samples));
+    json_object_set_new(root, "samples", json_integer(e->sample_count));
     json_object_set_new(root, "max_depth", json_integer(d->max_depth));
     char weight[32];
     text_format_float(d->min_weight, weight);

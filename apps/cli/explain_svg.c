@@ -196,6 +196,7 @@ static void set_camera(sheet *s) {
         d->height = (uint32_t)fmax(1, (double)d->height * CAMERA_WIDTH / d->width + 0.5);
         d->width = CAMERA_WIDTH;
     }
+    d->noise = 0;
     if (d->samples > CAMERA_SAMPLES) d->samples = CAMERA_SAMPLES;
     s->width = d->crop_width ? d->crop_width : d->width;
     s->height = d->crop_width ? d->crop_height : d->height;

@@ -257,8 +257,8 @@ static void print_pixel(const printer *p) {
     paint(p, PLAIN);
     fputs(" of ", stdout);
     text_print_safe(stdout, session_label(e->file));
-    printf(", %s, %" PRIu32 " sample%s:", integrator_name(d->integrator), d->samples,
-           d->samples == 1 ? "" : "s");
+    printf(", %s, %" PRIu32 " sample%s:", integrator_name(d->integrator), e->sample_count,
+           e->sample_count == 1 ? "" : "s");
     paint(p, BOLD);
     for (uint32_t c = 0; c < e->channels; c++) {
         char number[32];

@@ -12,6 +12,7 @@
 #define VIEW "View"
 #define LIGHT "Light and ground, for files that bring none"
 #define RENDERING "Rendering"
+#define STOPPING "When to stop (whichever comes first, --samples too)"
 #define PROGRAMS "Scene programs"
 #define LIMITS "Limits; over any of them the exit code is 1"
 #define MEASURES "How it is measured"
@@ -109,6 +110,15 @@ const option_info option_table[] = {
     {OPT_FILTER_RADIUS, "filter-radius", 0, "PIXELS", "scene; box 0.5, tent 1, others 1.5",
      "how far it reaches", RENDERING, CMD_PICTURE, OPTION_PICTURE, NULL, false},
 
+    {OPT_NOISE, "noise", 0, "P", "scene, none",
+     "until the error of every block is under P of its mean, such as 1%, at 95 % confidence; then "
+     "--samples is the most of them, by default 16384",
+     STOPPING, CMD_PICTURE, OPTION_PICTURE, NULL, false},
+    {OPT_TIME_LIMIT, "time-limit", 0, "T", "none",
+     "such as 90s, 10m or 2h; ends after a whole round of samples, and says how many, so that -n "
+     "makes it again",
+     STOPPING, CMD_RENDER, 0, NULL, false},
+
     {OPT_FRAME, "frame", 0, "N", "the first", "one frame of a scene with animation{}", PROGRAMS,
      CMD_PICTURE | CMD_INFO, OPTION_PICTURE, NULL, false},
     {OPT_FRAMES, "frames", 0, "A..B", NULL,
@@ -197,6 +207,7 @@ const command_info command_table[] = {
      "snell render shoe.glb --background transparent -o shoe.png\n"
      "snell render *.stl -o 'thumbs/{name}.png' -s 256x256 --strict\n"
      "snell render glass.lua -D depth=5 -n 64 -o glass.exr\n"
+     "snell render glass.lua -i path --noise 1% --time-limit 10m -o glass.exr\n"
      "snell render planets.lua --frames 1..120 -o 'out/%04d.png'\n"
      "snell render glass.lua --aov depth,normal,crypto_object -o glass.exr\n"
      "ssh server snell render - -o - < scene.lua > scene.png"},

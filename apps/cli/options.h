@@ -28,6 +28,8 @@ typedef enum option_id {
     OPT_GROUND,
     OPT_INTEGRATOR,
     OPT_SAMPLES,
+    OPT_NOISE,
+    OPT_TIME_LIMIT,
     OPT_MAX_DEPTH,
     OPT_MIN_WEIGHT,
     OPT_SEED,

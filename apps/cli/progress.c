@@ -110,6 +110,11 @@ static void format_rate(char *out, size_t size) {
         snprintf(out, size, "  %.0f krays/s", state.rate * 1e-3);
 }
 
+static void format_noise(double noise, char *out, size_t size) {
+    out[0] = '\0';
+    if (noise > 0) snprintf(out, size, "  error %.2g %%", 100 * noise);
+}
+
 static void format_left(double seconds, char *out, size_t size) {
     out[0] = '\0';
     if (!(seconds >= 0) || seconds > 1e7) return;
@@ -124,14 +129,15 @@ static void draw_line(const snell_progress *p, int percent) {
     struct winsize window = {0};
     int columns =
         ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 ? window.ws_col : 80;
-    char bar[25], rate[32], left[32], line[256];
+    char bar[25], rate[32], left[32], noise[32], line[256];
     int filled = percent * 24 / 100;
     for (int i = 0; i < 24; i++) bar[i] = i < filled ? '#' : '.';
     bar[24] = '\0';
     format_rate(rate, sizeof rate);
     format_left(p->seconds_left, left, sizeof left);
-    int length =
-        snprintf(line, sizeof line, "[%s] %3d %%  %-6s%s%s", bar, percent, p->phase, rate, left);
+    format_noise(p->noise, noise, sizeof noise);
+    int length = snprintf(line, sizeof line, "[%s] %3d %%  %-6s%s%s%s", bar, percent, p->phase,
+                          noise, rate, left);
     if (length >= columns) line[columns - 1 < 255 ? columns - 1 : 255] = '\0';
     fprintf(stderr, "\r%s\033[K", line);
     fflush(stderr);
@@ -139,10 +145,11 @@ static void draw_line(const snell_progress *p, int percent) {
 }
 
 static void print_plain(const snell_progress *p, int percent) {
-    char rate[32], left[32];
+    char rate[32], left[32], noise[32];
     format_rate(rate, sizeof rate);
     format_left(p->seconds_left, left, sizeof left);
-    fprintf(stderr, "%s: %s %d %%%s%s\n", state.label, p->phase, percent, rate, left);
+    format_noise(p->noise, noise, sizeof noise);
+    fprintf(stderr, "%s: %s %d %%%s%s%s\n", state.label, p->phase, percent, noise, rate, left);
 }
 
 static void print_json(const snell_progress *p) {
@@ -155,6 +162,7 @@ static void print_json(const snell_progress *p) {
     json_object_set_new(object, "rays_per_second", json_real(state.rate));
     json_object_set_new(object, "seconds_left",
                         p->seconds_left >= 0 ? json_real(p->seconds_left) : json_null());
+    if (p->noise > 0) json_object_set_new(object, "noise", json_real(p->noise));
     json_dumpf(object, stderr, JSON_COMPACT | JSON_REAL_PRECISION(6));
     fputc('\n', stderr);
     json_decref(object);

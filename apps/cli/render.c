@@ -1,5 +1,6 @@
 /* snell render: load, light, commit, render, write, one file after the other. */
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
@@ -42,6 +43,10 @@ static int write_picture(job *j, bool partial) {
     return code;
 }
 
+static bool in_rounds(const job *j) {
+    return j->stage.desc.noise > 0 || j->stage.desc.time_limit > 0;
+}
+
 static int render_and_write(job *j) {
     double start = progress_seconds();
     snell_status status = snell_render(j->stage.scene, &j->stage.desc, j->film);
@@ -53,6 +58,8 @@ static int render_and_write(job *j) {
     }
     snell_status counted = snell_film_get_stats(j->film, &j->stats);
     if (counted != SNELL_OK) return report_status(counted, NULL);
+    /* What was chosen on the way: the same again gives the same picture. */
+    if (in_rounds(j) && !stopped) j->stage.desc.samples = (uint32_t)j->stats.samples_done;
     progress_end();
     start = progress_seconds();
     int code = report_strict();
@@ -111,6 +118,34 @@ static void say_aovs(const job *j) {
     if (text[0] != '\0') report_note("with %s", text);
 }
 
+/* Two digits, rounded up: a bound is never said to be smaller than it is. */
+static double percent_up(double bound) {
+    if (!(bound > 0)) return 0;
+    double unit = pow(10, floor(log10(100 * bound)) - 1);
+    return ceil(100 * bound / unit - 1e-6) * unit;
+}
+
+static void format_samples(const job *j, char *out, size_t size) {
+    const snell_render_stats *s = &j->stats;
+    if (s->noise_blocks == 0) {
+        snprintf(out, size, "%" PRIu32 " sample%s", j->stage.desc.samples,
+                 j->stage.desc.samples == 1 ? "" : "s");
+        return;
+    }
+    int used = snprintf(out, size, "error under %.3g %% (%g %% confidence)",
+                        percent_up(s->noise_bound), 100 * s->noise_confidence);
+    if (s->noise_blocks_done < s->noise_blocks)
+        used += snprintf(out + used, size - (size_t)used, ", under %g %% in %.3g %% of blocks",
+                         100 * (double)j->stage.desc.noise,
+                         floor(1000 * (double)s->noise_blocks_done / (double)s->noise_blocks) / 10);
+    if (s->samples_min == s->samples_done)
+        snprintf(out + used, size - (size_t)used, "  %" PRIu64 " samples", s->samples_done);
+    else
+        snprintf(out + used, size - (size_t)used,
+                 "  %" PRIu64 " to %" PRIu64 " samples, mean %.*f", s->samples_min,
+                 s->samples_done, s->samples_mean < 100 ? 1 : 0, s->samples_mean);
+}
+
 static void say_done(const job *j) {
     uint32_t width = 0, height = 0;
     snell_film_pixels(j->film, &width, &height, NULL);
@@ -127,9 +162,10 @@ static void say_done(const job *j) {
     }
     double total = progress_seconds();
     say_aovs(j);
-    report_note("%s  %" PRIu32 "x%" PRIu32 "  %s  %" PRIu32 " sample%s  %.*f s", name, width,
-                height, integrator_name(j->stage.desc.integrator), j->stage.desc.samples,
-                j->stage.desc.samples == 1 ? "" : "s", total < 10 ? 2 : 1, total);
+    char samples[160];
+    format_samples(j, samples, sizeof samples);
+    report_note("%s  %" PRIu32 "x%" PRIu32 "  %s  %s  %.*f s", name, width, height,
+                integrator_name(j->stage.desc.integrator), samples, total < 10 ? 2 : 1, total);
 }
 
 static void say_stopped(const job *j) {
@@ -205,6 +241,7 @@ static void json_picture(json_t *root, const job *j) {
     json_object_set_new(root, "output", report_text(j->output.path));
     set_count(root, "width", width);
     set_count(root, "height", height);
+    if (j->stats.noise_blocks > 0) json_object_set_new(root, "noise", tag_noise(&j->stats));
     json_object_set_new(root, "integrator", json_string(integrator_name(j->stage.desc.integrator)));
     set_count(root, "samples", j->stage.desc.samples);
     set_count(root, "max_depth", j->stage.desc.max_depth);

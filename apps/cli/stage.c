@@ -60,6 +60,18 @@ static int apply_size(stage *s) {
     return EXIT_DONE;
 }
 
+/* A scene's samples are meant for a picture without a bound, unless it says one itself. */
+static void apply_stopping(const render_values *v, snell_render_desc *d) {
+    bool own = d->noise > 0 || v->samples > 0;
+    if (v->noise > 0) d->noise = v->noise;
+    d->time_limit = v->time_limit;
+    if (own) return;
+    if (d->noise > 0)
+        d->samples = SNELL_NOISE_SAMPLES;
+    else if (d->time_limit > 0)
+        d->samples = SAMPLES_MAX;
+}
+
 static int apply_settings(stage *s) {
     const render_values *v = s->values;
     snell_render_desc *d = &s->desc;
@@ -70,6 +82,7 @@ static int apply_settings(stage *s) {
         d->samples = v->samples;
         d->pixel_center = v->samples == 1;
     }
+    apply_stopping(v, d);
     if (v->has_max_depth) d->max_depth = v->max_depth;
     if (v->has_min_weight) d->min_weight = v->min_weight;
     if (v->has_seed) d->seed = v->seed;

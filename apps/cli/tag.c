@@ -26,9 +26,14 @@ static void append_settings(json_t *list, const options *o, const snell_render_d
     snprintf(text, sizeof text, "%" PRIu32 "x%" PRIu32, desc->width, desc->height);
     append(list, "size", text);
     /* --samples 1 also means the pixel's centre: a scene that wants otherwise says so again. */
-    if (o->value[OPT_SAMPLES] != NULL || desc->pixel_center == (desc->samples == 1)) {
+    bool in_rounds = desc->noise > 0 || desc->time_limit > 0;
+    if (o->value[OPT_SAMPLES] != NULL || in_rounds || desc->pixel_center == (desc->samples == 1)) {
         snprintf(text, sizeof text, "%" PRIu32, desc->samples);
         append(list, "samples", text);
+    }
+    if (desc->noise > 0) {
+        text_format_float(desc->noise, text);
+        append(list, "noise", text);
     }
     snprintf(text, sizeof text, "%" PRIu32, desc->max_depth);
     append(list, "max-depth", text);
@@ -46,9 +51,92 @@ static void append_settings(json_t *list, const options *o, const snell_render_d
 }
 
 static bool is_setting(option_id id) {
-    return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_MAX_DEPTH ||
+    return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_NOISE || id == OPT_MAX_DEPTH ||
            id == OPT_MIN_WEIGHT || id == OPT_SEED || id == OPT_FRAME || id == OPT_EXPOSURE ||
            id == OPT_TONEMAP;
+}
+
+/* ---- what a noise reached ---- */
+
+/* The samples of blocks, row by row: one character each, its place after '0' among the counts that
+ * there are, which are few. */
+enum { BLOCK = 16, COUNTS_MAX = 40, TAG_BLOCKS_MAX = 1 << 19 };
+
+typedef struct block_grid {
+    uint32_t left, top, width, height, columns, rows; /* of pixels; of blocks */
+} block_grid;
+
+static block_grid grid_of(const snell_render_desc *d) {
+    bool crop = d->crop_width > 0;
+    block_grid g = {.left = crop ? d->crop_x % BLOCK : 0,
+                    .top = crop ? d->crop_y % BLOCK : 0,
+                    .width = crop ? d->crop_width : d->width,
+                    .height = crop ? d->crop_height : d->height};
+    g.columns = (g.left + g.width + BLOCK - 1) / BLOCK;
+    g.rows = (g.top + g.height + BLOCK - 1) / BLOCK;
+    return g;
+}
+
+/* Where a block begins in the film. */
+static uint32_t first_of(uint32_t block, uint32_t offset) {
+    return block == 0 ? 0 : block * BLOCK - offset;
+}
+
+static void append_blocks(json_t *to, const snell_render_desc *desc, const uint32_t *samples) {
+    block_grid g = grid_of(desc);
+    size_t count = (size_t)g.columns * g.rows, kinds = 0;
+    char *letters = count <= TAG_BLOCKS_MAX ? malloc(count + 1) : NULL;
+    uint32_t counts[COUNTS_MAX];
+    if (letters == NULL || samples == NULL) {
+        free(letters);
+        return;
+    }
+    for (size_t i = 0; i < count; i++) {
+        uint32_t x = first_of((uint32_t)(i % g.columns), g.left),
+                 y = first_of((uint32_t)(i / g.columns), g.top);
+        uint32_t has = samples[(size_t)y * g.width + x];
+        size_t k = 0;
+        while (k < kinds && counts[k] != has) k++;
+        if (k == kinds && kinds < COUNTS_MAX) counts[kinds++] = has;
+        letters[i] = (char)('0' + k);
+    }
+    json_t *list = json_array();
+    for (size_t k = 0; k < kinds; k++) json_array_append_new(list, json_integer(counts[k]));
+    json_object_set_new(to, "counts", list);
+    json_object_set_new(to, "of_blocks", json_stringn(letters, count));
+    free(letters);
+}
+
+uint32_t tag_samples(const json_t *tag, const snell_render_desc *desc, uint32_t x, uint32_t y) {
+    const json_t *noise = json_object_get(tag, "noise");
+    const json_t *letters = json_object_get(noise, "of_blocks");
+    block_grid g = grid_of(desc);
+    size_t block = (size_t)((y + g.top) / BLOCK) * g.columns + (x + g.left) / BLOCK;
+    if (block >= json_string_length(letters)) return 0;
+    size_t kind = (size_t)(unsigned char)json_string_value(letters)[block] - '0';
+    json_int_t has = json_integer_value(json_array_get(json_object_get(noise, "counts"), kind));
+    return has >= 4 && has <= desc->samples ? (uint32_t)has : 0;
+}
+
+json_t *tag_noise(const snell_render_stats *s) {
+    json_t *noise = json_object(), *samples = json_object();
+    json_object_set_new(noise, "bound", json_real(s->noise_bound));
+    json_object_set_new(noise, "confidence", json_real(s->noise_confidence));
+    json_object_set_new(noise, "blocks", json_integer((json_int_t)s->noise_blocks));
+    json_object_set_new(noise, "blocks_done", json_integer((json_int_t)s->noise_blocks_done));
+    json_object_set_new(samples, "min", json_integer((json_int_t)s->samples_min));
+    json_object_set_new(samples, "mean", json_real(s->samples_mean));
+    json_object_set_new(samples, "max", json_integer((json_int_t)s->samples_done));
+    json_object_set_new(noise, "samples", samples);
+    return noise;
+}
+
+static json_t *noise_of(const snell_render_desc *desc, const snell_film *film) {
+    snell_render_stats stats = {.struct_size = sizeof stats};
+    snell_film_get_stats(film, &stats);
+    json_t *noise = tag_noise(&stats);
+    append_blocks(noise, desc, snell_film_samples(film));
+    return noise;
 }
 
 char *tag_make(const options *o, const char *file, uint64_t hash, const snell_render_desc *desc,
@@ -71,8 +159,9 @@ char *tag_make(const options *o, const char *file, uint64_t hash, const snell_re
     json_object_set_new(tag, "file", report_text(file));
     json_object_set_new(tag, "scene", json_string(digits));
     json_object_set_new(tag, "options", list);
+    if (desc->noise > 0) json_object_set_new(tag, "noise", noise_of(desc, film));
     if (partial) json_object_set_new(tag, "partial", json_true());
-    char *text = json_dumps(tag, JSON_COMPACT);
+    char *text = json_dumps(tag, JSON_COMPACT | JSON_REAL_PRECISION(6));
     json_decref(tag);
     return text;
 }
@@ -155,7 +244,7 @@ char *tag_convert(const char *text, const options *o, bool linear) {
     }
     if (json_array_size(converted) > 0) json_object_set(tag, "converted", converted);
     json_decref(converted);
-    char *made = json_dumps(tag, JSON_COMPACT);
+    char *made = json_dumps(tag, JSON_COMPACT | JSON_REAL_PRECISION(6));
     json_decref(tag);
     return made;
 }

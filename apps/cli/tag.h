@@ -9,12 +9,16 @@
 
 #include "options.h"
 
-/* The caller frees it; NULL on lack of memory. film: for the look that its scene asks for; frame 0:
- * none was asked for. */
+/* The caller frees it; NULL on lack of memory. film: what was rendered, for the look that its scene asks
+ * for and what a noise reached; frame 0: none was asked for. */
 char *tag_make(const options *o, const char *file, uint64_t hash, const snell_render_desc *desc,
                const snell_film *film, uint32_t frame, bool partial);
 /* NULL when the tag is not of this form, or an option in it is not render's. */
 json_t *tag_read(const char *tag);
+/* How many samples a pixel of the picture has that desc makes, where it has a noise; 0: not told. */
+uint32_t tag_samples(const json_t *tag, const snell_render_desc *desc, uint32_t x, uint32_t y);
+/* {"bound": .., "confidence": .., "blocks": .., "blocks_done": .., "samples": {min, mean, max}} */
+json_t *tag_noise(const snell_render_stats *stats);
 /* The value of an option in a tag that was read; NULL when there is none. */
 const char *tag_option(const json_t *tag, const char *name);
 /* The tag of a picture that snell convert made of one with `tag`; the caller frees it. What render

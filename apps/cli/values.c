@@ -207,6 +207,45 @@ static int read_rendering(const options *o, render_values *v) {
     return code;
 }
 
+/* A number before one of the units, each a letter; its place among them. */
+static bool take_unit(const char *text, const char *units, double *number, size_t *unit) {
+    char word[32];
+    size_t length = strlen(text);
+    if (length < 2 || length >= sizeof word) return false;
+    const char *found = strchr(units, text[length - 1]);
+    if (found == NULL) return false;
+    memcpy(word, text, length - 1);
+    word[length - 1] = '\0';
+    *unit = (size_t)(found - units);
+    return text_number(word, number);
+}
+
+static int read_stopping(const options *o, render_values *v) {
+    static const double seconds[] = {1, 60, 3600};
+    const char *noise = o->value[OPT_NOISE], *limit = o->value[OPT_TIME_LIMIT];
+    double number = 0;
+    size_t unit = 0;
+    if (noise != NULL) {
+        bool percent = take_unit(noise, "%", &number, &unit);
+        if (!percent && !text_number(noise, &number)) number = 0;
+        if (percent) number /= 100;
+        v->noise = (float)number;
+        if (!(v->noise > 0 && v->noise <= 1))
+            return report_usage("such as 1% or 0.01: over 0, up to 100%",
+                                "--noise: '%s' is no relative error", noise);
+    }
+    if (limit != NULL) {
+        if (!take_unit(limit, "smh", &number, &unit)) number = 0;
+        v->time_limit = number * seconds[unit];
+        if (!(v->time_limit > 0))
+            return report_usage("such as 90s, 10m or 2h", "--time-limit: '%s' is no time", limit);
+    }
+    if (v->noise > 0 && v->samples > 0 && v->samples < 4)
+        return report_usage("the error is estimated from four groups of samples",
+                            "--noise needs --samples 4 or more");
+    return EXIT_DONE;
+}
+
 /* "A..B" */
 static bool read_range(const char *text, uint64_t *first, uint64_t *last) {
     char number[16];
@@ -279,6 +318,7 @@ int values_read(const options *o, render_values *v) {
     memset(v, 0, sizeof *v);
     int code = read_picture(o, v);
     if (code == EXIT_DONE) code = read_rendering(o, v);
+    if (code == EXIT_DONE) code = read_stopping(o, v);
     if (code == EXIT_DONE) code = read_filter(o, v);
     if (code == EXIT_DONE) code = read_aov(o, v);
     if (code == EXIT_DONE) code = values_read_frames(o, &v->frame_first, &v->frame_last);

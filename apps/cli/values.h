@@ -26,6 +26,8 @@ typedef struct render_values {
     bool light_none;
     snell_integrator integrator; /* 0: not given */
     uint32_t samples;            /* 0: not given */
+    float noise;                 /* 0: not given */
+    double time_limit;           /* seconds; 0: not given */
     bool has_max_depth, has_min_weight, has_seed;
     uint32_t max_depth;
     float min_weight;

@@ -176,6 +176,7 @@ typedef struct snell_progress {
     double fraction, seconds_left; /* fraction in [0,1]; seconds negative while unknown */
     uint64_t rays_traced;
     uint32_t pass, x0, y0, x1, y1; /* the pixels that are worked on, half-open */
+    double noise; /* of a render to a stated error: the largest bound of any block; 0: not known */
 } snell_progress;
 /* Called at least every 100 ms, never two at once, from the thread that made the call or from a
  * worker; false cancels. Calls that need all workers of one context take turns: while one waits for
@@ -543,6 +544,9 @@ typedef enum snell_filter {
     SNELL_FILTER_BLACKMAN_HARRIS
 } snell_filter;
 
+/* A sensible render_desc.samples where a noise is to be reached. */
+#define SNELL_NOISE_SAMPLES 16384
+
 typedef struct snell_render_desc {
     size_t struct_size;
     snell_camera_id camera; /* {0}: the scene's first */
@@ -551,7 +555,15 @@ typedef struct snell_render_desc {
     uint32_t width, height; /* pixels, 1..65536, at most 2^30 in all */
     uint32_t crop_x, crop_y, crop_width,
         crop_height;    /* crop_width 0: all; the film has the crop's size */
-    uint32_t samples;   /* per pixel, 1..2^20 */
+    uint32_t samples;   /* per pixel, 1..2^20; with noise or time_limit, at most */
+    /* Over 0: each block of 16 x 16 pixels gets samples until its relative error is under this, up to
+     * 1: the root of the mean of (pixel - truth)^2, over the block's mean and 1 % of the picture's. It is
+     * a bound at 95 % confidence, from four independent scrambles; a block's number of samples is
+     * 16, 24, 32, 48, .. or `samples` (rounded down to a multiple of 4, at least 4). 0: no bound. */
+    float noise;
+    /* Seconds after which no round of samples is begun that would not end in time; one always ends.
+     * samples_done then says which `samples` give the same bits without. 0: no limit. */
+    double time_limit;
     uint32_t max_depth; /* camera ray 0, each child one more; deeper returns black; at most 1000 */
     float min_weight;   /* rays whose largest weight falls below are dropped; the sum is reported */
     snell_filter filter;
@@ -590,7 +602,13 @@ typedef struct snell_render_stats {
         rays_continued; /* continued: walked on through transparent surfaces */
     uint64_t nodes, boxes, triangles, primitives; /* tests done by the kernel, summed over rays;
                                                      boxes: eight to a node */
-    uint64_t samples_done, pixels_done;           /* samples per pixel; pixels complete */
+    uint64_t samples_done, pixels_done; /* samples per pixel, the most of any; pixels that have theirs */
+    uint64_t samples_min;
+    double samples_mean;
+    /* With a noise: the largest bound of any block and at which confidence each holds; how many blocks
+     * there are, and how many are under the noise. Without: 0. */
+    double noise_bound, noise_confidence;
+    uint64_t noise_blocks, noise_blocks_done;
     double dropped_weight; /* mean over samples of the weight that min_weight dropped */
     uint64_t media_mismatches, film_overflows;
     double seconds;
@@ -651,6 +669,10 @@ SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width
 /* The tone map, and into *exposure (may be NULL) the exposure in stops, that a film is written with
  * when nobody says otherwise: what its scene asks for. A static string. */
 SNELL_API const char *snell_film_look(const snell_film *film, float *exposure);
+/* Of a film that was rendered with a noise, else NULL, in the pixels' order: the variance of each mean of
+ * red, green and blue (3 floats for each pixel; estimated from 4 values), and the number of samples. */
+SNELL_API const float *snell_film_variance(const snell_film *film);
+SNELL_API const uint32_t *snell_film_samples(const snell_film *film);
 SNELL_API uint64_t snell_film_hash(const snell_film *film); /* the image hash: of size, channels and
                                                                every bit of the linear film */
 
@@ -704,6 +726,9 @@ typedef struct snell_explain_desc {
     uint32_t x, y; /* the pixel, from the top left of the film that snell_render would make */
     uint32_t first_sample, sample_count; /* whose rays and lights are kept; count 0: of all */
     uint32_t rays_max; /* kept at most, more is SNELL_ERR_MEMORY; 0: 2^20, of about 500 bytes */
+    /* How many samples the pixel has, where the render has a noise: snell_film_samples says so. 0: as
+     * many as the render. */
+    uint32_t samples;
 } snell_explain_desc;
 static inline snell_explain_desc snell_explain_desc_init(size_t struct_size) {
     snell_explain_desc desc;

@@ -2,6 +2,7 @@
 #include "render/explain.h"
 
 #include "api/api.h"
+#include "render/adaptive.h"
 
 static snell_status check_pixel(const snell_explain_desc *p, const render_options *o) {
     if (p->struct_size != sizeof *p)
@@ -11,10 +12,20 @@ static snell_status check_pixel(const snell_explain_desc *p, const render_option
         return error_set(SNELL_ERR_ARGUMENT, "they count from the top left, from 0",
                          "the pixel %u,%u is outside the picture of %u x %u pixels", p->x, p->y,
                          o->crop_width, o->crop_height);
-    if (p->sample_count > 0 && (uint64_t)p->first_sample + p->sample_count > o->wave.samples)
+    if (o->noise > 0 && (p->samples < NOISE_SCRAMBLES || p->samples % NOISE_SCRAMBLES))
+        return error_set(SNELL_ERR_ARGUMENT, "snell_film_samples tells, after snell_render",
+                         "with a noise, the number of the pixel's samples must be given: not %u",
+                         p->samples);
+    uint32_t samples = p->samples ? p->samples : o->samples;
+    if (samples > o->samples)
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "a pixel has no more samples than the render: "
+                         "%u, not %u", o->samples, samples);
+    if (o->noise <= 0 && samples != o->samples)
+        return error_set(SNELL_ERR_ARGUMENT, "leave it 0", "without a noise every pixel has the render's %u samples", o->samples);
+    if (p->sample_count > 0 && (uint64_t)p->first_sample + p->sample_count > samples)
         return error_set(SNELL_ERR_ARGUMENT, "they count from 0",
                          "there is no sample %u: the pixel has %u",
-                         p->first_sample + p->sample_count - 1, o->wave.samples);
+                         p->first_sample + p->sample_count - 1, samples);
     return SNELL_OK;
 }
 

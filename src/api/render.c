@@ -12,6 +12,7 @@
 #include "image/codec.h"
 #include "base/file.h"
 #include "integrators/aov.h"
+#include "render/adaptive.h"
 #include "render/notes.h"
 #include "scene/settings.h"
 
@@ -88,12 +89,15 @@ static snell_status settings(const snell_scene *s, snell_integrator which, snell
     snell_status status = find_integrator(which, &policy);
     if (status) return status;
     bool own_depth = same && r->max_depth >= 0;
+    uint32_t samples = r->noise > 0 ? SNELL_NOISE_SAMPLES : policy->samples;
+    if (same && r->samples > 0) samples = (uint32_t)r->samples;
     *out = (snell_render_desc){
         .struct_size = sizeof *out,
         .integrator = which,
         .width = r->width > 0 ? (uint32_t)r->width : DEFAULT_WIDTH,
         .height = r->height > 0 ? (uint32_t)r->height : DEFAULT_HEIGHT,
-        .samples = same && r->samples > 0 ? (uint32_t)r->samples : policy->samples,
+        .samples = samples,
+        .noise = r->noise,
         .max_depth = own_depth ? (uint32_t)r->max_depth : usual_depth(s, policy),
         .min_weight = r->min_weight >= 0 ? r->min_weight : DEFAULT_MIN_WEIGHT,
         .filter = (snell_filter)r->filter,
@@ -131,6 +135,15 @@ static snell_status check_render(const snell_render_desc *r) {
                          r->crop_width, r->crop_height, r->crop_x, r->crop_y, r->width, r->height);
     if (r->samples < 1 || r->samples > 1u << 20)
         return error_set(SNELL_ERR_ARGUMENT, "1 to 1048576", "samples cannot be %u", r->samples);
+    if (!(r->noise >= 0 && r->noise <= 1))
+        return error_set(SNELL_ERR_ARGUMENT, "0, or a relative error up to 1, such as 0.01",
+                         "noise cannot be %g", (double)r->noise);
+    if (r->noise > 0 && r->samples < NOISE_SCRAMBLES)
+        return error_set(SNELL_ERR_ARGUMENT, "the error is estimated from four groups of samples",
+                         "with a noise, samples cannot be under %d", NOISE_SCRAMBLES);
+    if (!(r->time_limit >= 0))
+        return error_set(SNELL_ERR_ARGUMENT, "seconds; 0: none", "time_limit cannot be %g",
+                         r->time_limit);
     if (r->max_depth > 1000)
         return error_set(SNELL_ERR_ARGUMENT, "at most 1000", "max_depth cannot be %u",
                          r->max_depth);
@@ -244,7 +257,6 @@ static snell_status prepare_with(const snell_scene *s, const snell_render_desc *
                                              .shutter_close = times[1],
                                              .width = r->width,
                                              .height = r->height,
-                                             .samples = r->samples,
                                              .max_depth = r->max_depth,
                                              .min_weight = r->min_weight,
                                              .seed = r->seed,
@@ -257,6 +269,10 @@ static snell_status prepare_with(const snell_scene *s, const snell_render_desc *
                                     .crop_y = crop ? r->crop_y : 0,
                                     .crop_width = crop ? r->crop_width : r->width,
                                     .crop_height = crop ? r->crop_height : r->height,
+                                    .samples = r->samples,
+                                    .sharing = r->noise > 0 ? NOISE_FIRST : r->samples,
+                                    .noise = (double)r->noise,
+                                    .time_limit = r->time_limit,
                                     .progress = r->progress,
                                     .user = r->user};
     return SNELL_OK;
@@ -438,6 +454,10 @@ snell_status snell_film_aov_channel(const snell_film *f, uint32_t index, uint32_
 }
 
 uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) : 0; }
+
+const float *snell_film_variance(const snell_film *f) { return f ? f->film.variance : NULL; }
+
+const uint32_t *snell_film_samples(const snell_film *f) { return f ? f->film.samples : NULL; }
 
 /* ---- pictures ---- */
 

@@ -64,6 +64,8 @@ void film_free(film *f) {
     for (size_t i = 0; i < f->layer_count; i++) free_layer(&f->layers[i]);
     free(f->layers);
     free(f->pixels);
+    free(f->variance);
+    free(f->samples);
     *f = (film){0};
 }
 
@@ -87,11 +89,79 @@ snell_status film_add_layer(film *f, const aov_info *kind, const char *name, uin
     return SNELL_OK;
 }
 
-void film_set(film *f, uint32_t x, uint32_t y, const film_block *b, uint32_t pixel,
-              uint32_t samples) {
+snell_status film_keep_variance(film *f) {
+    size_t count = (size_t)f->width * f->height;
+    f->variance = memory_zeroed(count, 3 * sizeof *f->variance);
+    f->samples = memory_zeroed(count, sizeof *f->samples);
+    return f->variance && f->samples ? SNELL_OK : error_no_memory();
+}
+
+void film_set(film *f, uint32_t x, uint32_t y, const fixed128 sum[4], uint32_t samples) {
     float *out = f->pixels + ((size_t)y * f->width + x) * f->channels;
-    for (uint32_t c = 0; c < f->channels; c++)
-        out[c] = (float)(fixed_to(b->sums[pixel][c]) / samples);
+    for (uint32_t c = 0; c < f->channels; c++) out[c] = (float)(fixed_to(sum[c]) / samples);
+}
+
+/* ---- a whole film's sums ---- */
+
+snell_status film_sums_create(uint32_t width, uint32_t height, uint32_t channels, uint32_t parts,
+                              film_sums *out) {
+    *out = (film_sums){width, channels, parts, (size_t)width * height * channels * parts, NULL};
+    out->sums = memory_zeroed(out->count, sizeof *out->sums);
+    if (out->sums) return SNELL_OK;
+    return error_set(SNELL_ERR_MEMORY, "make a smaller picture, or without --noise and --time-limit",
+                     "no memory for the sums of %u x %u pixels", width, height);
+}
+
+void film_sums_free(film_sums *s) {
+    free(s->sums);
+    s->sums = NULL;
+}
+
+void film_sums_clear(film_sums *s) {
+    memset(s->sums, 0, s->count * sizeof *s->sums);
+}
+
+static fixed128 *sums_of(const film_sums *s, uint32_t x, uint32_t y) {
+    return s->sums + ((size_t)y * s->width + x) * s->parts * s->channels;
+}
+
+void film_add(fixed128 to[], const fixed128 from[], uint32_t channels, uint64_t *overflows) {
+    for (uint32_t c = 0; c < channels; c++) fixed_add(&to[c], from[c], overflows);
+}
+
+void film_sums_add(film_sums *s, uint32_t part, uint32_t x, uint32_t y, const fixed128 sum[4],
+                   uint64_t *overflows) {
+    film_add(sums_of(s, x, y) + (size_t)part * s->channels, sum, s->channels, overflows);
+}
+
+/* The variance of the mean of four: that of the four, over 4. */
+static double variance_of_mean(const fixed128 *first, uint32_t stride, double samples) {
+    double value[4], mean = 0, squares = 0;
+    for (int part = 0; part < 4; part++) {
+        value[part] = fixed_to(first[(size_t)part * stride]) / samples;
+        mean += value[part] / 4;
+    }
+    for (int part = 0; part < 4; part++)
+        squares += (value[part] - mean) * (value[part] - mean);
+    return squares / 3 / 4;
+}
+
+void film_set_from(film *f, uint32_t x, uint32_t y, const film_sums *s, uint32_t samples,
+                   double *light, double *variance) {
+    const fixed128 *from = sums_of(s, x, y);
+    fixed128 sum[4] = {0, 0, 0, 0};
+    uint64_t overflows = 0; /* each part has counted its own */
+    for (uint32_t part = 0; part < s->parts; part++)
+        film_add(sum, from + (size_t)part * s->channels, s->channels, &overflows);
+    film_set(f, x, y, sum, samples);
+    *light = *variance = 0;
+    if (f->samples) f->samples[(size_t)y * f->width + x] = samples;
+    for (uint32_t c = 0; c < 3; c++) *light += fixed_to(sum[c]) / samples;
+    for (uint32_t c = 0; c < 3 && s->parts == 4; c++) {
+        double of_mean = variance_of_mean(from + c, s->channels, samples / 4);
+        f->variance[3 * ((size_t)y * f->width + x) + c] = (float)of_mean;
+        *variance += of_mean;
+    }
 }
 
 uint64_t film_hash(const film *f) {

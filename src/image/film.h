@@ -39,10 +39,28 @@ typedef struct film_layer {
     float *pixels;  /* interleaved, rows as the film's */
     char *manifest; /* owned; of a cryptomatte, JSON; NULL elsewhere */
 } film_layer;
+/* Adds `channels` sums; one that is too large stays at the largest number, as those of a block do. */
+void film_add(fixed128 to[], const fixed128 from[], uint32_t channels, uint64_t *overflows);
+
+/* The sums of a whole film, where a render comes back to a block: of each of `parts` sub-films. */
+typedef struct film_sums {
+    uint32_t width, channels, parts;
+    size_t count;
+    fixed128 *sums; /* by pixel, part, channel */
+} film_sums;
+
+snell_status film_sums_create(uint32_t width, uint32_t height, uint32_t channels, uint32_t parts,
+                              film_sums *out);
+void film_sums_free(film_sums *s);
+void film_sums_clear(film_sums *s);
+void film_sums_add(film_sums *s, uint32_t part, uint32_t x, uint32_t y, const fixed128 sum[4],
+                   uint64_t *overflows);
 
 typedef struct film {
     uint32_t width, height, channels; /* channels 3 or 4 (alpha, premultiplied) */
     float *pixels;                    /* rows, top first */
+    float *variance;   /* of the mean, 3 for each pixel; NULL: not known */
+    uint32_t *samples; /* of each pixel; NULL: all the same */
     uint32_t encoded_bits; /* of a file for screens (sRGB), decoded: 8 or 16; 0: linear light */
     film_layer *layers;    /* owned */
     size_t layer_count, layer_capacity;
@@ -54,9 +72,13 @@ void film_free(film *f);
 /* One more layer of the film's size, all 0; name and manifest (may be NULL) are copied. */
 snell_status film_add_layer(film *f, const aov_info *kind, const char *name, uint32_t channels,
                             const char *manifest);
-/* The mean over `samples` of one pixel of a block goes to x, y of the film. */
-void film_set(film *f, uint32_t x, uint32_t y, const film_block *b, uint32_t pixel,
-              uint32_t samples);
+snell_status film_keep_variance(film *f); /* room for variance and samples, cleared */
+/* The mean over `samples` goes to x, y of the film. */
+void film_set(film *f, uint32_t x, uint32_t y, const fixed128 sum[4], uint32_t samples);
+/* The same of the whole film's sums; with four parts, of samples / 4 each, the variance of that
+ * mean too, into the film and *variance. The sum over red, green and blue of the mean: *light. */
+void film_set_from(film *f, uint32_t x, uint32_t y, const film_sums *s, uint32_t samples,
+                   double *light, double *variance);
 /* The image hash: FNV-1a, 64 bits, of width, height, channels and the bytes of all floats (little
  * endian). */
 uint64_t film_hash(const film *f);

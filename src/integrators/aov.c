@@ -360,7 +360,7 @@ void aov_hit(wave *w, const path_ray *r, const hit *h, const shade_point *p, con
         find_motion(w, r, h, pair);
         add_values(to, r->pixel, AOV_motion, pair, coverage);
     }
-    set_numbers(to, r, p, made_of);
+    if (w->scramble == 0) set_numbers(to, r, p, made_of);
     const scene_instance *part = scene_part(s->scene, p->instance);
     const uint32_t index[MATTES] = {(uint32_t)(part - s->scene->instances), made_of};
     for (int k = 0; k < MATTES; k++)

@@ -1,7 +1,8 @@
 #include "integrators/differential.h"
 
-void differential_of_camera(const wave_settings *s, const camera_sample *at, path_ray *r) {
-    double step = 1 / sqrt((double)s->samples);
+void differential_of_camera(const wave_settings *s, uint32_t sharing, const camera_sample *at,
+                            path_ray *r) {
+    double step = 1 / sqrt((double)sharing);
     camera_sample right = *at, down = *at;
     right.x += step;
     down.y += step;

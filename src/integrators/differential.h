@@ -11,8 +11,9 @@
 #include "integrators/integrator.h"
 
 /* By finite differences, so that any camera has them: the same sample of lens and time, one pixel
- * over the root of the samples per pixel further. */
-void differential_of_camera(const wave_settings *s, const camera_sample *at, path_ray *r);
+ * over the root of the samples that share the pixel further. */
+void differential_of_camera(const wave_settings *s, uint32_t sharing, const camera_sample *at,
+                            path_ray *r);
 /* child: the ray that r sends from p by reflection, or by refraction from a medium of ior eta times
  * that beyond; NULL: nothing to do. */
 void differential_of_mirror(const path_ray *r, const shade_point *p, path_ray *child);

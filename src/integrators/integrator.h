@@ -124,7 +124,7 @@ typedef struct wave_settings {
     const pixel_filter *filter;
     double shutter_open, shutter_close; /* seconds on the scene's clock; equal: nothing moves */
     uint32_t width, height;             /* of the whole picture */
-    uint32_t samples, max_depth;
+    uint32_t max_depth;
     float min_weight;
     uint64_t seed;
     bool pixel_center, transparent;
@@ -155,12 +155,18 @@ typedef struct wave_stats {
 /* Rays to work on; one per worker, used again for every block. */
 snell_status wave_create(const wave_settings *settings, wave **out);
 void wave_destroy(wave *w);
-/* All samples of the pixels x0..x1, y0..y1 (at most 16 x 16) into *block. Asks `go_on` now and
+/* Numbers first..end (without) of one scramble of each pixel's sequence; sharing: how many samples, of
+ * all scrambles, share a pixel's footprint. */
+typedef struct wave_samples {
+    uint32_t first, end, scramble, sharing;
+} wave_samples;
+/* These samples of the pixels x0..x1, y0..y1 (at most 16 x 16) into *block, which is cleared. Asks `go_on` now and
  * then; false ends with SNELL_CANCELLED and the block is to be thrown away. SNELL_ERR_UNSUPPORTED: a
  * shadow ray met more surfaces that let light through than the walk has steps (blocked_by_cap), or a ray
  * more stretches of what a solid is made of than it can hold (spent_solids). */
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
-                               film_block *film, bool (*go_on)(void *user, const wave_stats *stats),
+                               const wave_samples *samples, film_block *film,
+                               bool (*go_on)(void *user, const wave_stats *stats),
                                void *user);
 const wave_stats *wave_get_stats(const wave *w);
 size_t wave_memory(const wave *w); /* bytes that it holds */

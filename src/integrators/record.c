@@ -12,6 +12,7 @@ snell_status record_create(uint32_t samples, uint32_t wave_size, record **out) {
     r->sums = memory_zeroed(samples, sizeof *r->sums);
     r->waiting = memory_zeroed(wave_size, sizeof *r->waiting);
     r->stopped_by.instance = NO_ID;
+    r->scrambles = 1;
     *out = r;
     if (r->sums && r->waiting) return SNELL_OK;
     record_destroy(r);
@@ -40,6 +41,12 @@ static void put3(double out[3], dvec3 v) {
 }
 
 /* ---- rays ---- */
+
+/* Of all samples of the pixel, whose scrambles take turns. */
+static uint32_t sample_number(const wave *w, const path_ray *r) {
+    const record *k = w->settings.record;
+    return r->sample * k->scrambles + k->scramble;
+}
 
 static recorded_ray *node_of(const wave *w, const path_ray *r) {
     return r->node == NO_ID ? NULL : &w->settings.record->rays[r->node];
@@ -70,13 +77,13 @@ static double start_of(const ray *r) { return r->after_t > 0 ? (double)r->after_
 
 static void start_ray(const wave *w, uint32_t parent, path_ray *r, dvec3 weight) {
     record *k = w->settings.record;
-    recorded_ray *made = new_ray(k, r->sample);
+    recorded_ray *made = new_ray(k, sample_number(w, r));
     r->node = made ? (uint32_t)(made - k->rays) : NO_ID;
     if (made == NULL) return;
     dvec3 d = dvec3_from(r->ray.d), o = dvec3_from(r->ray.o);
     made->said =
         (snell_explained_ray){.parent = parent,
-                              .sample = r->sample,
+                              .sample = sample_number(w, r),
                               .depth = r->depth,
                               .kind = kind_said(r->kind),
                               .end = SNELL_RAY_LEFT,
@@ -100,10 +107,10 @@ void record_child(const wave *w, const path_ray *parent, path_ray *child, dvec3 
 
 static void end_unborn(const wave *w, const path_ray *parent, dvec3 origin, dvec3 d, dvec3 weight,
                        ray_kind kind, snell_ray_end why) {
-    recorded_ray *made = parent->node == NO_ID ? NULL : new_ray(w->settings.record, parent->sample);
+    recorded_ray *made = parent->node == NO_ID ? NULL : new_ray(w->settings.record, sample_number(w, parent));
     if (made == NULL) return;
     made->said = (snell_explained_ray){.parent = parent->node,
-                                       .sample = parent->sample,
+                                       .sample = sample_number(w, parent),
                                        .depth = parent->depth + (kind == RAY_CONTINUED ? 0u : 1u),
                                        .kind = kind_said((uint8_t)kind),
                                        .end = why,
@@ -226,7 +233,7 @@ static bool is_zero(dvec3 v) { return v.x == 0 && v.y == 0 && v.z == 0; }
 void record_surface(const wave *w, const path_ray *r, dvec3 radiance) {
     if (is_zero(radiance)) return;
     recorded_light *made = new_light(w, r, SNELL_SOURCE_EMISSION);
-    contribute(w->settings.record, r->sample, made, weighted(r, radiance));
+    contribute(w->settings.record, sample_number(w, r), made, weighted(r, radiance));
     if (made == NULL) return;
     put3(made->said.incoming, radiance);
     dvec3 whole = node_of(w, r)->emission;
@@ -240,7 +247,7 @@ void record_surface(const wave *w, const path_ray *r, dvec3 radiance) {
 void record_sky(const wave *w, const path_ray *r, dvec3 radiance) {
     if (is_zero(radiance)) return;
     recorded_light *made = new_light(w, r, SNELL_SOURCE_SKY);
-    contribute(w->settings.record, r->sample, made, weighted(r, radiance));
+    contribute(w->settings.record, sample_number(w, r), made, weighted(r, radiance));
     if (made == NULL) return;
     put3(made->said.incoming, radiance);
     const scene *s = w->settings.scene;
@@ -257,7 +264,7 @@ void record_sky(const wave *w, const path_ray *r, dvec3 radiance) {
 
 void record_coverage(const wave *w, const path_ray *r, double alpha) {
     const double added[4] = {0, 0, 0, alpha};
-    record_add(w->settings.record->sums[r->sample], added);
+    record_add(w->settings.record->sums[sample_number(w, r)], added);
     recorded_light *made = new_light(w, r, SNELL_SOURCE_COVERAGE);
     if (made) made->said.contribution[3] = alpha;
 }
@@ -283,8 +290,8 @@ void record_asked(wave *w, const path_ray *r, const shade_point *p, const light_
     if (w->shadow_count == w->settings.wave_size) wave_test_shadows(w);
     recorded_light *made = new_light(w, r, SNELL_SOURCE_LIGHT);
     k->waiting[w->shadow_count].light = made ? (uint32_t)(made - k->lights) : NO_ID;
-    k->waiting[w->shadow_count].sample = r->sample;
-    if (!casts_shadow) contribute(k, r->sample, made, weighted(r, radiance));
+    k->waiting[w->shadow_count].sample = sample_number(w, r);
+    if (!casts_shadow) contribute(k, sample_number(w, r), made, weighted(r, radiance));
     if (made == NULL) return;
     dvec3 wi = dvec3_normalize(sample->to_light), l = sample->light;
     double cosine = fabs(dvec3_dot(p->ns, wi)), rest = cosine * weight;
@@ -304,7 +311,7 @@ void record_asked(wave *w, const path_ray *r, const shade_point *p, const light_
 
 void record_irradiance(const wave *w, const path_ray *r, dvec3 f, dvec3 irradiance) {
     recorded_light *made = new_light(w, r, SNELL_SOURCE_LIGHT);
-    contribute(w->settings.record, r->sample, made, weighted(r, dvec3_mul(f, irradiance)));
+    contribute(w->settings.record, sample_number(w, r), made, weighted(r, dvec3_mul(f, irradiance)));
     if (made == NULL) return;
     name_light(w, made);
     put3(made->said.incoming, irradiance);

@@ -32,6 +32,7 @@ typedef fixed128 record_sum[4]; /* red, green, blue, alpha */
 
 typedef struct record {
     uint32_t first_sample, end_sample; /* of which rays are kept */
+    uint32_t scramble, scrambles;      /* the one that is rendered, of how many */
     uint32_t rays_max;
     recorded_ray *rays; /* parents before children */
     size_t ray_count, ray_capacity;

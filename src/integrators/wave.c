@@ -288,32 +288,35 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
     r->coverage = 1;
     r->drawn_pdf = 0;
     r->has_differential = false;
-    if (s->scene->needs_footprint) differential_of_camera(s, &at, r);
+    if (s->scene->needs_footprint) differential_of_camera(s, w->sharing, &at, r);
     w->stats.rays[RAY_CAMERA]++;
     if (s->record) record_camera_ray(w, r);
 }
 
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
-                               film_block *block,
+                               const wave_samples *samples, film_block *block,
                                bool (*go_on)(void *user, const wave_stats *stats), void *user) {
-    block_cursor next = {x0, y0, x1, y1, x0, y0, 0, 0};
-    for (block_cursor c = next; c.sample == 0; advance(&c))
-        w->streams[c.pixel] = sample_pixel_stream(w->settings.seed, c.x, c.y);
+    block_cursor next = {x0, y0, x1, y1, x0, y0, 0, samples->first};
+    for (block_cursor c = next; c.sample == samples->first; advance(&c))
+        w->streams[c.pixel] = sample_scramble(sample_pixel_stream(w->settings.seed, c.x, c.y),
+                                              samples->scramble);
     size_t size = w->settings.wave_size;
     solid_take_spent();
     film_block_clear(block);
     w->film = block;
+    w->scramble = samples->scramble;
+    w->sharing = samples->sharing;
     w->go_on = go_on;
     w->user = user;
     w->stopped = false;
     w->pool_count = w->shadow_count = 0;
     w->phase = WAVE_CAMERA;
     if (w->settings.timed) w->phase_began = time_cpu_seconds();
-    while (next.sample < w->settings.samples || w->pool_count > 0) {
+    while (next.sample < samples->end || w->pool_count > 0) {
         if (!ARRAY_GROW(w->pool, w->pool_count, w->pool_capacity, size)) return error_no_memory();
         /* Half-empty waves are topped up with new samples, so that the tail of a tree does not
          * starve the kernel. */
-        for (size_t tried = 0; next.sample < w->settings.samples && w->pool_count < size &&
+        for (size_t tried = 0; next.sample < samples->end && w->pool_count < size &&
                                tried < size; /* a camera may have no ray for any of them */
              advance(&next), tried++)
             push_camera_ray(w, &next);

@@ -29,6 +29,8 @@ struct wave {
     film_block *film;
     struct aov_block *aovs;                    /* NULL: none are wanted */
     struct light_way *light_ways;              /* with them: of the shadow rays */
+    uint32_t scramble;                         /* of the pixels' sequences */
+    uint32_t sharing;                          /* the pixel's footprint: so many samples */
     uint64_t streams[FILM_BLOCK * FILM_BLOCK]; /* of the random numbers of each pixel's place */
     media beyond;                              /* of the surface that a policy is asked about */
     const hit *at;                             /* and where that is */

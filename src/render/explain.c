@@ -5,6 +5,7 @@
 
 #include "base/memory.h"
 #include "integrators/record.h"
+#include "render/adaptive.h"
 #include "scene/names.h"
 
 enum { RAYS_MAX = 1 << 20 };
@@ -169,6 +170,7 @@ static snell_status collect(record *k, const scene *s, const description *d, exp
 typedef struct run {
     const render_options *options;
     const record *record;
+    uint32_t samples;
     double started, reported;
 } run;
 
@@ -176,7 +178,7 @@ static bool go_on(void *user, const wave_stats *stats) {
     run *r = user;
     const render_options *o = r->options;
     if (r->record->full || r->record->no_memory) return false;
-    double now = time_seconds(), done = (double)stats->rays[RAY_CAMERA] / o->wave.samples;
+    double now = time_seconds(), done = (double)stats->rays[RAY_CAMERA] / r->samples;
     if (o->progress == NULL || now - r->reported < 1e-3 * PROGRESS_MS) return true;
     r->reported = now;
     snell_progress progress = {.struct_size = sizeof progress,
@@ -191,27 +193,36 @@ static bool go_on(void *user, const wave_stats *stats) {
 }
 
 /* The film's own pixel; and whether what was recorded adds up to it. */
-static bool set_pixel(const record *k, const film_block *block, uint32_t samples, explanation *e) {
+static bool set_pixel(const record *k, const film_block *blocks, explanation *e) {
     film one = {.width = 1, .height = 1, .channels = e->channels, .pixels = e->pixel};
-    film_set(&one, 0, 0, block, 0, samples);
-    record_sum sum = {0, 0, 0, 0};
-    for (uint32_t i = 0; i < samples; i++) add_sums(sum, k->sums[i]);
+    record_sum recorded = {0, 0, 0, 0}, rendered = {0, 0, 0, 0};
+    uint64_t overflows = 0;
+    for (uint32_t i = 0; i < k->scrambles; i++) {
+        film_add(rendered, blocks[i].sums[0], 4, &overflows);
+        overflows += blocks[i].overflows;
+    }
+    film_set(&one, 0, 0, rendered, e->sample_count);
+    for (uint32_t i = 0; i < e->sample_count; i++) add_sums(recorded, k->sums[i]);
     /* What is too bright the film does not add up. */
-    return block->overflows > 0 || memcmp(sum, block->sums[0], sizeof sum) == 0;
+    return overflows > 0 || memcmp(recorded, rendered, sizeof recorded) == 0;
 }
 
-static snell_status run_pixel(const render_options *o, const snell_explain_desc *what, record *k,
-                              film_block *block) {
+static snell_status run_pixel(const render_options *o, const snell_explain_desc *what,
+                              uint32_t samples, record *k, film_block *blocks) {
     wave_settings settings = o->wave;
     settings.record = k;
     settings.wave_size = WAVE_SIZE_MAX;
     wave *w;
     snell_status status = wave_create(&settings, &w);
     if (status) return status;
-    run r = {.options = o, .record = k, .started = time_seconds()};
+    run r = {.options = o, .record = k, .samples = samples, .started = time_seconds()};
     r.reported = r.started;
     uint32_t x = o->crop_x + what->x, y = o->crop_y + what->y;
-    status = wave_render_block(w, x, y, x + 1, y + 1, block, go_on, &r);
+    for (uint32_t i = 0; !status && i < k->scrambles; i++) {
+        const wave_samples part = {0, samples / k->scrambles, i, o->sharing};
+        k->scramble = i;
+        status = wave_render_block(w, x, y, x + 1, y + 1, &part, &blocks[i], go_on, &r);
+    }
     bool spent = wave_get_stats(w)->spent_solids > 0;
     wave_destroy(w);
     if (k->no_memory) return error_no_memory();
@@ -229,23 +240,24 @@ static void set_wanted(const snell_explain_desc *what, uint32_t samples, record 
 
 snell_status explain_pixel(const render_options *o, const description *d,
                            const snell_explain_desc *what, explanation **out) {
-    uint32_t samples = o->wave.samples;
+    uint32_t samples = what->samples ? what->samples : o->samples;
     record *k = NULL;
     snell_status status = record_create(samples, WAVE_SIZE_MAX, &k);
     if (status) return status;
     set_wanted(what, samples, k);
-    film_block *block = memory_aligned(sizeof *block);
+    if (o->noise > 0) k->scrambles = NOISE_SCRAMBLES;
+    film_block *blocks = memory_aligned(k->scrambles * sizeof *blocks);
     explanation *e = memory_zeroed(1, sizeof *e);
     if (e) {
         e->sample_count = samples;
         e->channels = o->wave.transparent ? 4 : 3;
         e->samples = memory_zeroed(samples, sizeof *e->samples);
     }
-    status = block && e && e->samples ? run_pixel(o, what, k, block) : error_no_memory();
-    if (!status && !set_pixel(k, block, samples, e))
+    status = blocks && e && e->samples ? run_pixel(o, what, samples, k, blocks) : error_no_memory();
+    if (!status && !set_pixel(k, blocks, e))
         status = error_set(SNELL_ERR_INTERNAL, NULL, "the rays do not add up to the pixel");
     if (!status) status = collect(k, o->wave.scene, d, e);
-    memory_free_aligned(block);
+    memory_free_aligned(blocks);
     record_destroy(k);
     if (status) {
         explanation_destroy(e);

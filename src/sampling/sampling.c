@@ -21,6 +21,10 @@ uint64_t sample_pixel_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y) 
     return hash_mix(h ^ ((uint64_t)pixel_y << 32 | pixel_x));
 }
 
+uint64_t sample_scramble(uint64_t pixel_stream, uint32_t scramble) {
+    return scramble ? hash_mix(pixel_stream + 0x9e3779b97f4a7c15u * scramble) : pixel_stream;
+}
+
 uint64_t sample_stream(uint64_t pixel_stream, uint64_t path_code, sample_purpose purpose) {
     return hash_mix(hash_mix(pixel_stream + path_code) + (uint64_t)purpose);
 }

@@ -32,6 +32,9 @@ uint64_t path_code_child(uint64_t parent, uint32_t slot);
 
 /* What all streams of one pixel share, computed once; and one stream of sample points. */
 uint64_t sample_pixel_stream(uint64_t seed, uint32_t pixel_x, uint32_t pixel_y);
+/* One of several independent scrambles of a pixel's streams: each is a low-discrepancy sequence by
+ * itself. Number 0 is the pixel's own. */
+uint64_t sample_scramble(uint64_t pixel_stream, uint32_t scramble);
 uint64_t sample_stream(uint64_t pixel_stream, uint64_t path_code, sample_purpose purpose);
 
 typedef struct sample2 {
