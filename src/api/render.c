@@ -473,7 +473,9 @@ static snell_status image_settings(const snell_film *f, const snell_image_desc *
     bool named = desc && desc->tonemap;
     *out = (image_options){.exposure =
                                (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
-                           .tag = desc ? desc->tag : NULL};
+                           .tag = desc ? desc->tag : NULL,
+                           .variance = f->film.variance,
+                           .samples = f->film.samples};
     return tonemap_find(named ? desc->tonemap : snell_film_look(f, NULL), &out->map);
 }
 

@@ -21,6 +21,9 @@ typedef struct image_options {
     /* Beside the picture, of its size; kept by formats that can (has_layers). */
     const film_layer *layers;
     size_t layer_count;
+    /* Of a render with a noise, as in film, for formats with layers; NULL: none. */
+    const float *variance;
+    const uint32_t *samples;
 } image_options;
 
 /* What a file says about itself. */

@@ -1,6 +1,7 @@
-/* OpenEXR: 32-bit linear floats, ZIP, channels R G B (A, premultiplied); the tag is the string
- * attribute "snell". A film with layers becomes a file of several parts: the picture, then each
- * layer, named after it. Written by OpenEXRCore into memory; a file's head is read by hand, since a
+/* OpenEXR: 32-bit linear floats, ZIP, channels R G B (A, premultiplied), and of a render with a noise
+ * variance.R variance.G variance.B and samples (whole numbers); the tag is the string attribute
+ * "snell". A film with layers becomes a file of several parts: the picture, then each layer, named
+ * after it. Written by OpenEXRCore into memory; a file's head is read by hand, since a
  * foreign file must not meet a decoder outside of the sandbox. */
 #include <stdio.h>
 #include <stdlib.h>
@@ -53,32 +54,63 @@ static void on_error(exr_const_context_t context, exr_result_t code, const char 
     (void)text;
 }
 
+typedef struct exr_channel {
+    char name[AOV_NAME_MAX];
+    exr_pixel_type_t type; /* of 4 bytes */
+    const void *first;
+    uint32_t stride; /* bytes from one pixel's value to the next's */
+    exr_perceptual_treatment_t kind;
+} exr_channel;
+
+enum { PART_CHANNELS_MAX = AOV_CHANNELS_MAX };
+_Static_assert(PART_CHANNELS_MAX >= 4 + 3 + 1, "a picture, its variance, its samples");
+
 /* What becomes one part of the file. */
 typedef struct exr_part {
     const char *name; /* NULL: the file has no other */
-    const float *data;
-    uint32_t width, height, channels;
+    uint32_t width, height, channel_count;
+    exr_channel channels[PART_CHANNELS_MAX];
     const film_layer *layer; /* NULL: the picture */
 } exr_part;
 
-static exr_part part_of(const image_pixels *pixels, const image_options *options, size_t index) {
-    if (index == 0)
-        return (exr_part){options->layer_count ? "picture" : NULL,
-                          pixels->data,
-                          pixels->width,
-                          pixels->height,
-                          pixels->channels,
-                          NULL};
-    const film_layer *layer = &options->layers[index - 1];
-    return (exr_part){layer->name,   layer->pixels,   layer->width,
-                      layer->height, layer->channels, layer};
+static exr_channel *add_channel(exr_part *p, const float *pixels, uint32_t place, uint32_t count) {
+    exr_channel *c = &p->channels[p->channel_count++];
+    *c = (exr_channel){"", EXR_PIXEL_FLOAT, pixels + place, 4 * count, EXR_PERCEPTUALLY_LINEAR};
+    return c;
 }
 
-static void channel_name(const exr_part *p, uint32_t c, char out[AOV_NAME_MAX]) {
-    if (p->layer)
-        aov_channel_name(p->layer, c, out);
+static void picture_part(const image_pixels *pixels, const image_options *options, exr_part *p) {
+    *p = (exr_part){.name = options->layer_count ? "picture" : NULL,
+                    .width = pixels->width,
+                    .height = pixels->height};
+    for (uint32_t i = 0; i < pixels->channels; i++) {
+        exr_channel *c = add_channel(p, pixels->data, i, pixels->channels);
+        snprintf(c->name, sizeof c->name, "%c", "RGBA"[i]);
+        c->kind = EXR_PERCEPTUALLY_LOGARITHMIC;
+    }
+    for (uint32_t i = 0; options->variance && i < 3; i++)
+        snprintf(add_channel(p, options->variance, i, 3)->name, AOV_NAME_MAX, "variance.%c",
+                 "RGB"[i]);
+    if (options->samples)
+        p->channels[p->channel_count++] =
+            (exr_channel){"samples", EXR_PIXEL_UINT, options->samples, 4, EXR_PERCEPTUALLY_LINEAR};
+}
+
+static void layer_part(const film_layer *layer, exr_part *p) {
+    *p = (exr_part){.name = layer->name,
+                    .width = layer->width,
+                    .height = layer->height,
+                    .layer = layer};
+    for (uint32_t i = 0; i < layer->channels; i++)
+        aov_channel_name(layer, i, add_channel(p, layer->pixels, i, layer->channels)->name);
+}
+
+static void part_of(const image_pixels *pixels, const image_options *options, size_t index,
+                    exr_part *out) {
+    if (index == 0)
+        picture_part(pixels, options, out);
     else
-        snprintf(out, AOV_NAME_MAX, "%c", "RGBA"[c]);
+        layer_part(&options->layers[index - 1], out);
 }
 
 /* Cryptomatte's four attributes, under the first seven digits of the hash of its name. */
@@ -99,17 +131,14 @@ static exr_result_t write_manifest(exr_context_t file, int part, const film_laye
 
 static exr_result_t write_part_head(exr_context_t file, const exr_part *p, const char *tag) {
     int part;
-    exr_perceptual_treatment_t kind =
-        p->layer ? EXR_PERCEPTUALLY_LINEAR : EXR_PERCEPTUALLY_LOGARITHMIC;
     exr_result_t failed = exr_add_part(file, p->name, EXR_STORAGE_SCANLINE, &part);
     if (!failed)
         failed = exr_initialize_required_attr_simple(file, part, (int32_t)p->width,
                                                      (int32_t)p->height, EXR_COMPRESSION_ZIP);
     if (!failed) failed = exr_set_zip_compression_level(file, part, 4);
-    for (uint32_t c = 0; !failed && c < p->channels; c++) {
-        char name[AOV_NAME_MAX];
-        channel_name(p, c, name);
-        failed = exr_add_channel(file, part, name, EXR_PIXEL_FLOAT, kind, 1, 1);
+    for (uint32_t i = 0; !failed && i < p->channel_count; i++) {
+        const exr_channel *c = &p->channels[i];
+        failed = exr_add_channel(file, part, c->name, c->type, c->kind, 1, 1);
     }
     if (!failed && p->layer && p->layer->manifest) failed = write_manifest(file, part, p->layer);
     if (!failed && !p->layer && tag[0]) failed = exr_attr_set_string(file, part, attribute, tag);
@@ -120,27 +149,24 @@ static exr_result_t write_head(exr_context_t file, const image_pixels *pixels,
                                const image_options *options) {
     exr_result_t failed = exr_set_longname_support(file, 1);
     for (size_t i = 0; !failed && i <= options->layer_count; i++) {
-        exr_part p = part_of(pixels, options, i);
+        exr_part p;
+        part_of(pixels, options, i, &p);
         failed = write_part_head(file, &p, options->tag);
     }
     return failed ? failed : exr_write_header(file);
 }
 
-/* Where the channel of this name begins in a pixel; the file sorts them by name. */
-static uint32_t channel_offset(const exr_part *p, const char *name) {
-    char own[AOV_NAME_MAX];
-    uint32_t c = 0;
-    for (; c + 1 < p->channels; c++) {
-        channel_name(p, c, own);
-        if (strcmp(own, name) == 0) break;
-    }
-    return c;
+/* The file sorts channels by name. */
+static const exr_channel *find_channel(const exr_part *p, const char *name) {
+    uint32_t i = 0;
+    while (i + 1 < p->channel_count && strcmp(p->channels[i].name, name) != 0) i++;
+    return &p->channels[i];
 }
 
 static exr_result_t write_rows(exr_context_t file, int part, const exr_part *p) {
     exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
     int32_t step = 0;
-    uint32_t offsets[AOV_CHANNELS_MAX];
+    const exr_channel *sources[PART_CHANNELS_MAX];
     bool started = false;
     exr_result_t failed = exr_get_scanlines_per_chunk(file, part, &step);
     for (uint32_t y = 0; !failed && y < p->height; y += (uint32_t)step) {
@@ -152,13 +178,14 @@ static exr_result_t write_rows(exr_context_t file, int part, const exr_part *p) 
         if (failed) break;
         for (int16_t c = 0; c < pipeline.channel_count; c++) {
             exr_coding_channel_info_t *channel = &pipeline.channels[c];
-            if (!started) offsets[c] = channel_offset(p, channel->channel_name);
-            const float *first = p->data + (size_t)y * p->width * p->channels + offsets[c];
-            channel->encode_from_ptr = (const uint8_t *)first;
+            if (!started) sources[c] = find_channel(p, channel->channel_name);
+            const exr_channel *from = sources[c];
+            size_t row = (size_t)p->width * from->stride;
+            channel->encode_from_ptr = (const uint8_t *)from->first + y * row;
             channel->user_bytes_per_element = 4;
-            channel->user_data_type = EXR_PIXEL_FLOAT;
-            channel->user_pixel_stride = (int32_t)(4 * p->channels);
-            channel->user_line_stride = (int32_t)(4 * p->channels * p->width);
+            channel->user_data_type = (uint16_t)from->type;
+            channel->user_pixel_stride = (int32_t)from->stride;
+            channel->user_line_stride = (int32_t)row;
         }
         if (!started) failed = exr_encoding_choose_default_routines(file, part, &pipeline);
         started = true;
@@ -179,7 +206,8 @@ static snell_status encode(const image_pixels *pixels, const image_options *opti
     exr_result_t failed = exr_start_write(&file, "picture", EXR_WRITE_FILE_DIRECTLY, &setup);
     if (!failed) failed = write_head(file, pixels, options);
     for (size_t i = 0; !failed && i <= options->layer_count; i++) {
-        exr_part p = part_of(pixels, options, i);
+        exr_part p;
+        part_of(pixels, options, i, &p);
         failed = write_rows(file, (int)i, &p);
     }
     if (file) {
