@@ -19,8 +19,7 @@
 
 #include <snell/snell.h>
 
-#include "image/film.h"
-#include "render/adaptive.h"
+#include "noise.h"
 
 typedef struct subject {
     const char *name, *file, *param;
@@ -47,7 +46,7 @@ typedef struct settings {
 
 typedef struct result {
     uint32_t pairs, within, done, done_within; /* (block, seed); done: under the noise asked for */
-    uint32_t rated;                            /* pairs with a bound over 0 */
+    uint32_t rated;                            /* pairs that are not exact */
     double median, worst;                      /* of true / stated */
     double samples_mean, bound_max, reference_noise;
     uint32_t samples_max;
@@ -129,44 +128,13 @@ typedef struct ratios {
     size_t count;
 } ratios;
 
-static double image_mean(const float *pixels, uint32_t size) {
-    double sum = 0;
-    size_t count = (size_t)size * size * 3;
-    for (size_t i = 0; i < count; i++) sum += (double)pixels[i];
-    return sum / (double)count;
-}
-
-/* The bound of a block as the render stated it, and its true error, in the same measure. */
-static void measure_block(const snell_film *made, const float *reference, uint32_t size,
-                          uint32_t bx, uint32_t by, double mean, double *bound, double *error) {
-    const float *pixels = snell_film_pixels(made, NULL, NULL, NULL),
-                *variance = snell_film_variance(made);
-    noise_sums sums = {.pixels = 0};
-    double square = 0;
-    for (uint32_t y = by * FILM_BLOCK; y < (by + 1) * FILM_BLOCK && y < size; y++)
-        for (uint32_t x = bx * FILM_BLOCK; x < (bx + 1) * FILM_BLOCK && x < size; x++) {
-            double light = 0, of_mean = 0;
-            for (int c = 0; c < 3; c++) {
-                size_t i = 3 * ((size_t)y * size + x) + (size_t)c;
-                double off = (double)pixels[i] - (double)reference[i];
-                square += off * off;
-                light += (double)pixels[i];
-                of_mean += (double)variance[i];
-            }
-            noise_add(&sums, light, of_mean);
-        }
-    double values = 3.0 * sums.pixels;
-    *bound = noise_bound(&sums, mean);
-    *error = sqrt(square / values) / (sums.light / values + 0.01 * mean);
-}
-
 static void measure_seed(const snell_film *made, const float *reference, const settings *set,
                          result *r, ratios *to) {
     uint32_t blocks = (set->size + FILM_BLOCK - 1) / FILM_BLOCK;
-    double mean = image_mean(snell_film_pixels(made, NULL, NULL, NULL), set->size);
+    double mean = noise_image_mean(snell_film_pixels(made, NULL, NULL, NULL), set->size, set->size);
     for (uint32_t i = 0; i < blocks * blocks; i++) {
         double bound, error;
-        measure_block(made, reference, set->size, i % blocks, i / blocks, mean, &bound, &error);
+        noise_measure_block(made, reference, i % blocks, i / blocks, mean, &bound, &error);
         /* Floats end somewhere: of the reference, too. */
         bool within = error <= bound + 1e-6, done = bound <= set->noise;
         r->pairs++;
@@ -178,7 +146,7 @@ static void measure_seed(const snell_film *made, const float *reference, const s
             fprintf(stderr, "  block %u,%u: true %.4f stated %.4f at %u\n", i % blocks, i / blocks, error,
                     bound, n[(size_t)(i / blocks) * FILM_BLOCK * set->size + i % blocks * FILM_BLOCK]);
         }
-        if (bound > 0) to->of[to->count++] = error / bound;
+        if (error > 1e-6) to->of[to->count++] = error / bound;
     }
 }
 

@@ -7,10 +7,14 @@
 
 /* ---- the bound ---- */
 
-/* F(n, 3 n) at n = 1, 2, 4, .. 256, at 97.5 %: half of what the confidence leaves for being wrong is for
+/* F(n, 3 n) at n = 1, 2, 4, .. 64, at 97.5 %: half of what the confidence leaves for being wrong is for
  * looking more than once, since a block's bound is near the limit at two or so of the counts. */
-static const double quantiles[] = {17.4434, 7.2599, 4.1212, 2.7791, 2.0931,
-                                   1.7031,  1.4658, 1.3148, 1.2157};
+static const double quantiles[] = {17.4434, 7.2599, 4.1212, 2.7791, 2.0931, 1.7031, 1.4658};
+
+/* F wants normal values. Where light is rare and bright, four that missed some are too small and too near to
+ * each other at once, and what is looked at until it is small is small by chance too: a pixel counts as a
+ * quarter of one. bench-noise measures whether that suffices. */
+static const double SHARE_OF_PIXEL = 0.25;
 
 static double quantile(double n) {
     double low = 1;
@@ -31,15 +35,19 @@ void noise_add(noise_sums *sums, double light, double variance) {
     sums->pixels++;
 }
 
-double noise_bound(const noise_sums *block, double image_mean) {
-    if (!(block->variance > 0)) return 0;
+double noise_unseen(uint64_t samples) { return 3 / (double)samples; }
+
+double noise_bound(const noise_sums *block, uint32_t samples, double image_mean) {
+    double unseen = noise_unseen((uint64_t)samples * block->pixels);
+    if (!(block->variance > 0)) return unseen;
     /* The expectation of v^2 is 1 + 2/3 times the squared variance, v having 3 degrees of freedom. */
     double n = 5.0 / 3 * block->variance * block->variance / block->squares;
-    if (!(n > 1)) n = 1; /* squares may be 0 or infinite */
-    if (n > block->pixels) n = block->pixels;
+    if (!(n < block->pixels)) n = block->pixels;
+    n *= SHARE_OF_PIXEL;
+    if (!(n > 1)) n = 1; /* squares may be infinite */
     double values = 3.0 * block->pixels;
     double error = sqrt(block->variance / values * quantile(n));
-    return error / (fabs(block->light) / values + 0.01 * fabs(image_mean));
+    return error / (fabs(block->light) / values + 0.01 * fabs(image_mean)) + unseen;
 }
 
 /* ---- rounds ---- */
@@ -53,6 +61,14 @@ uint32_t noise_next_count(uint32_t samples) {
 
 static bool is_decision(uint32_t samples) {
     return samples > 0 && noise_next_count(samples - 1) == samples;
+}
+
+/* A block does not retire before what it has not met would not matter even if so many times as bright. */
+static const double UNSEEN = 50;
+
+static bool is_under(const adaptive *a, const adaptive_block *b) {
+    double unseen = noise_unseen((uint64_t)b->samples * b->sums.pixels);
+    return b->bound <= a->noise && unseen * UNSEEN <= a->noise;
 }
 
 bool adaptive_begin(adaptive *a, size_t block_count) {
@@ -125,17 +141,17 @@ void adaptive_decide(adaptive *a, uint32_t samples, double seconds) {
     size_t active = 0;
     for (size_t i = 0; i < a->active_count; i++) {
         adaptive_block *b = &a->blocks[a->active[i]];
-        b->bound = noise_bound(&b->sums, image_mean);
-        if (b->bound <= a->noise && is_decision(samples)) continue;
+        b->bound = noise_bound(&b->sums, b->samples, image_mean);
+        if (is_under(a, b) && is_decision(samples)) continue;
         a->active[active++] = a->active[i];
     }
     a->active_count = active;
     a->bound_max = 0;
     a->under = 0;
     for (size_t i = 0; i < a->block_count; i++) {
-        double bound = a->blocks[i].bound;
-        a->under += bound <= a->noise;
-        if (bound > a->bound_max) a->bound_max = bound;
+        const adaptive_block *b = &a->blocks[i];
+        a->under += is_under(a, b);
+        if (b->bound > a->bound_max) a->bound_max = b->bound;
     }
 }
 

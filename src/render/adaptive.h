@@ -14,8 +14,8 @@
  * error is the root of the mean of (pixel - truth)^2 over its pixels and colours, relative to the block's
  * mean and 1 % of the picture's. Its square over the mean of v is distributed as Fisher's F with n and 3 n
  * degrees of freedom, n being how many pixels have a share in it: (sum v)^2 / sum v^2, made right for the
- * scatter of the v themselves (Satterthwaite 1946). The bound is the estimate times the root of that F's
- * quantile. */
+ * scatter of the v themselves (Satterthwaite 1946), and taken four times smaller. The bound is the estimate
+ * times the root of that F's quantile, and what none of the block's samples may have met. */
 #ifndef SNELL_RENDER_ADAPTIVE_H
 #define SNELL_RENDER_ADAPTIVE_H
 
@@ -34,8 +34,12 @@ typedef struct noise_sums {
 } noise_sums;
 
 void noise_add(noise_sums *sums, double light, double variance);
-/* The relative error that a block is under; image_mean: of all pixels and colours. */
-double noise_bound(const noise_sums *block, double image_mean);
+/* The relative error that a block with so many samples per pixel is under; image_mean: of all pixels and
+ * colours. */
+double noise_bound(const noise_sums *block, uint32_t samples, double image_mean);
+/* The share of a block that none of so many samples has met, at most, with 95 % probability: 3 over their
+ * number. It is taken to be as bright as the block. */
+double noise_unseen(uint64_t samples);
 /* The first count over `samples` at which blocks may retire: 16, 24, 32, 48, 64, 96, ... */
 uint32_t noise_next_count(uint32_t samples);
 
