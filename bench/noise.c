@@ -143,8 +143,9 @@ static void measure_seed(const snell_film *made, const float *reference, const s
         r->done_within += done && error <= set->noise;
         if (!within && getenv("BENCH_NOISE_VERBOSE")) {
             const uint32_t *n = snell_film_samples(made);
-            fprintf(stderr, "  block %u,%u: true %.4f stated %.4f at %u\n", i % blocks, i / blocks, error,
-                    bound, n[(size_t)(i / blocks) * FILM_BLOCK * set->size + i % blocks * FILM_BLOCK]);
+            fprintf(stderr, "  block %u,%u: true %.4f stated %.4f at %u\n", i % blocks, i / blocks,
+                    error, bound,
+                    n[(size_t)(i / blocks) * FILM_BLOCK * set->size + i % blocks * FILM_BLOCK]);
         }
         if (error > 1e-6) to->of[to->count++] = error / bound;
     }
@@ -237,9 +238,9 @@ static int usage(void) {
 }
 
 static bool read_option(char **at, settings *set) {
-    static const char *const names[] = {"--size",      "--seeds",  "--noise", "--samples",
+    static const char *const names[] = {"--size",      "--seeds",  "--noise",  "--samples",
                                         "--reference", "--rounds", "--threads"};
-    uint32_t *const whole[] = {&set->size,      &set->seeds,  NULL, &set->samples,
+    uint32_t *const whole[] = {&set->size,      &set->seeds,  NULL,         &set->samples,
                                &set->reference, &set->rounds, &set->threads};
     double value;
     if (at[1] == NULL) return false;
@@ -260,8 +261,13 @@ static bool read_option(char **at, settings *set) {
 }
 
 int main(int argc, char **argv) {
-    settings set = {.size = 128, .seeds = 50, .samples = 16384, .reference = 65536, .rounds = 3,
-                    .noise = 0.01, .cache = "."};
+    settings set = {.size = 128,
+                    .seeds = 50,
+                    .samples = 16384,
+                    .reference = 65536,
+                    .rounds = 3,
+                    .noise = 0.01,
+                    .cache = "."};
     bool wanted[SUBJECTS] = {false}, some = false, first = true;
     for (int i = 1; i < argc; i++) {
         int k = 0;
@@ -285,8 +291,8 @@ int main(int argc, char **argv) {
         printf("%ux%u, noise %g, at most %u samples, %u seeds, reference of %u samples\n"
                "%-12s %6s %8s %8s %8s %7s %6s %8s %7s %9s %9s %6s\n",
                set.size, set.size, set.noise, set.samples, set.seeds, set.reference, "scene",
-               "pairs", "within", "done", "truly", "median", "worst", "samples", "most",
-               "adaptive", "uniform", "times");
+               "pairs", "within", "done", "truly", "median", "worst", "samples", "most", "adaptive",
+               "uniform", "times");
     for (int i = 0; i < SUBJECTS; i++) {
         if (some && !wanted[i]) continue;
         result r;

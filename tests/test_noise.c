@@ -72,7 +72,8 @@ static void counts(void **state) {
         uint32_t n = snell_film_samples(r.film)[i];
         assert_true(n == 200 || (n >= 16 && noise_next_count(n - 1) == n));
         assert_true(n >= s.samples_min && n <= s.samples_done);
-        assert_int_equal(n, snell_film_samples(r.film)[i / SIDE / 16 * 16 * SIDE + i % SIDE / 16 * 16]);
+        assert_int_equal(
+            n, snell_film_samples(r.film)[i / SIDE / 16 * 16 * SIDE + i % SIDE / 16 * 16]);
         sum += n;
     }
     ASSERT_CLOSE(s.samples_mean, sum / SIDE / SIDE, 1e-12, 0);
@@ -232,7 +233,8 @@ static void quantiles(void **state) {
         if (below < 0.975 - 1e-4 || below > 0.985) print_error("n %g: %g\n", n, below);
         assert_true(below >= 0.975 - 1e-4 && below <= 0.985);
     }
-    noise_sums none = {.light = 5, .pixels = 256}, dark = {.variance = 1, .squares = 1, .pixels = 4};
+    noise_sums none = {.light = 5, .pixels = 256},
+               dark = {.variance = 1, .squares = 1, .pixels = 4};
     assert_true(noise_bound(&none, 16, 0) == 3.0 / (16 * 256));
     assert_true(isinf(noise_bound(&dark, 16, 0)));
 }

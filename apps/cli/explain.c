@@ -221,7 +221,8 @@ static int count_samples(explained *e) {
         snell_film *film = NULL;
         uint32_t width = 0;
         int code = stage_status(e->stage, snell_film_create(e->stage->session->context, &film));
-        if (code == EXIT_DONE) code = stage_status(e->stage, snell_render(e->stage->scene, d, film));
+        if (code == EXIT_DONE)
+            code = stage_status(e->stage, snell_render(e->stage->scene, d, film));
         if (code == EXIT_DONE) {
             snell_film_pixels(film, &width, NULL, NULL);
             has = snell_film_samples(film)[(size_t)e->y * width + e->x];

@@ -15,10 +15,10 @@ typedef struct explained {
     stage *stage;
     const char *file; /* as typed: a scene, or a picture */
     uint32_t x, y, levels;
-    const json_t *tag; /* the picture's; NULL: a scene was given */
+    const json_t *tag;      /* the picture's; NULL: a scene was given */
     uint32_t samples_given; /* the pixel's, with a noise; 0: the render's */
-    bool has_sample; /* only the rays of this one are there */
-    uint32_t sample; /* that is drawn */
+    bool has_sample;        /* only the rays of this one are there */
+    uint32_t sample;        /* that is drawn */
     const snell_explained_sample *samples;
     const snell_explained_ray *rays;
     const snell_explained_light *lights;

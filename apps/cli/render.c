@@ -141,9 +141,8 @@ static void format_samples(const job *j, char *out, size_t size) {
     if (s->samples_min == s->samples_done)
         snprintf(out + used, size - (size_t)used, "  %" PRIu64 " samples", s->samples_done);
     else
-        snprintf(out + used, size - (size_t)used,
-                 "  %" PRIu64 " to %" PRIu64 " samples, mean %.*f", s->samples_min,
-                 s->samples_done, s->samples_mean < 100 ? 1 : 0, s->samples_mean);
+        snprintf(out + used, size - (size_t)used, "  %" PRIu64 " to %" PRIu64 " samples, mean %.*f",
+                 s->samples_min, s->samples_done, s->samples_mean < 100 ? 1 : 0, s->samples_mean);
 }
 
 static void say_done(const job *j) {

@@ -51,9 +51,9 @@ static void append_settings(json_t *list, const options *o, const snell_render_d
 }
 
 static bool is_setting(option_id id) {
-    return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_NOISE || id == OPT_MAX_DEPTH ||
-           id == OPT_MIN_WEIGHT || id == OPT_SEED || id == OPT_FRAME || id == OPT_EXPOSURE ||
-           id == OPT_TONEMAP;
+    return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_NOISE ||
+           id == OPT_MAX_DEPTH || id == OPT_MIN_WEIGHT || id == OPT_SEED || id == OPT_FRAME ||
+           id == OPT_EXPOSURE || id == OPT_TONEMAP;
 }
 
 /* ---- what a noise reached ---- */

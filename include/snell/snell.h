@@ -544,7 +544,7 @@ typedef enum snell_filter {
     SNELL_FILTER_BLACKMAN_HARRIS
 } snell_filter;
 
-/* A sensible render_desc.samples where a noise is to be reached. */
+/* A sensible snell_render_desc.samples where a noise is to be reached. */
 #define SNELL_NOISE_SAMPLES 16384
 
 typedef struct snell_render_desc {
@@ -556,10 +556,11 @@ typedef struct snell_render_desc {
     uint32_t crop_x, crop_y, crop_width,
         crop_height;    /* crop_width 0: all; the film has the crop's size */
     uint32_t samples;   /* per pixel, 1..2^20; with noise or time_limit, at most */
-    /* Over 0: each block of 16 x 16 pixels gets samples until its relative error is under this, up to
-     * 1: the root of the mean of (pixel - truth)^2, over the block's mean and 1 % of the picture's. It is
-     * a bound at 95 % confidence, from four independent scrambles; a block's number of samples is
-     * 16, 24, 32, 48, .. or `samples` (rounded down to a multiple of 4, at least 4). 0: no bound. */
+    /* Over 0, up to 1: each block of 16 x 16 pixels gets samples until its relative error is under this:
+     * the root of the mean of (pixel - truth)^2, over the block's mean and 1 % of the picture's. It is a
+     * bound at 95 % confidence, from four independent scrambles, of what samples have met: docs/noise.md
+     * has the formula. A block's number of samples is 16, 24, 32, 48, 64, .. or `samples`, which is
+     * rounded down to a multiple of 4 and is at least 4. 0: no bound. */
     float noise;
     /* Seconds after which no round of samples is begun that would not end in time; one always ends.
      * samples_done then says which `samples` give the same bits without. 0: no limit. */

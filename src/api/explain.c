@@ -18,10 +18,13 @@ static snell_status check_pixel(const snell_explain_desc *p, const render_option
                          p->samples);
     uint32_t samples = p->samples ? p->samples : o->samples;
     if (samples > o->samples)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "a pixel has no more samples than the render: "
-                         "%u, not %u", o->samples, samples);
+        return error_set(SNELL_ERR_ARGUMENT, NULL,
+                         "a pixel has no more samples than the render: "
+                         "%u, not %u",
+                         o->samples, samples);
     if (o->noise <= 0 && samples != o->samples)
-        return error_set(SNELL_ERR_ARGUMENT, "leave it 0", "without a noise every pixel has the render's %u samples", o->samples);
+        return error_set(SNELL_ERR_ARGUMENT, "leave it 0",
+                         "without a noise every pixel has the render's %u samples", o->samples);
     if (p->sample_count > 0 && (uint64_t)p->first_sample + p->sample_count > samples)
         return error_set(SNELL_ERR_ARGUMENT, "they count from 0",
                          "there is no sample %u: the pixel has %u",

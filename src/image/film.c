@@ -108,7 +108,8 @@ snell_status film_sums_create(uint32_t width, uint32_t height, uint32_t channels
     *out = (film_sums){width, channels, parts, (size_t)width * height * channels * parts, NULL};
     out->sums = memory_zeroed(out->count, sizeof *out->sums);
     if (out->sums) return SNELL_OK;
-    return error_set(SNELL_ERR_MEMORY, "make a smaller picture, or without --noise and --time-limit",
+    return error_set(SNELL_ERR_MEMORY,
+                     "make a smaller picture, or without --noise and --time-limit",
                      "no memory for the sums of %u x %u pixels", width, height);
 }
 
@@ -117,9 +118,7 @@ void film_sums_free(film_sums *s) {
     s->sums = NULL;
 }
 
-void film_sums_clear(film_sums *s) {
-    memset(s->sums, 0, s->count * sizeof *s->sums);
-}
+void film_sums_clear(film_sums *s) { memset(s->sums, 0, s->count * sizeof *s->sums); }
 
 static fixed128 *sums_of(const film_sums *s, uint32_t x, uint32_t y) {
     return s->sums + ((size_t)y * s->width + x) * s->parts * s->channels;
@@ -141,8 +140,7 @@ static double variance_of_mean(const fixed128 *first, uint32_t stride, double sa
         value[part] = fixed_to(first[(size_t)part * stride]) / samples;
         mean += value[part] / 4;
     }
-    for (int part = 0; part < 4; part++)
-        squares += (value[part] - mean) * (value[part] - mean);
+    for (int part = 0; part < 4; part++) squares += (value[part] - mean) * (value[part] - mean);
     return squares / 3 / 4;
 }
 

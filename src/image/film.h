@@ -59,8 +59,8 @@ void film_sums_add(film_sums *s, uint32_t part, uint32_t x, uint32_t y, const fi
 typedef struct film {
     uint32_t width, height, channels; /* channels 3 or 4 (alpha, premultiplied) */
     float *pixels;                    /* rows, top first */
-    float *variance;   /* of the mean, 3 for each pixel; NULL: not known */
-    uint32_t *samples; /* of each pixel; NULL: all the same */
+    float *variance;                  /* of the mean, 3 for each pixel; NULL: not known */
+    uint32_t *samples;                /* of each pixel; NULL: all the same */
     uint32_t encoded_bits; /* of a file for screens (sRGB), decoded: 8 or 16; 0: linear light */
     film_layer *layers;    /* owned */
     size_t layer_count, layer_capacity;

@@ -166,8 +166,7 @@ typedef struct wave_samples {
  * more stretches of what a solid is made of than it can hold (spent_solids). */
 snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
                                const wave_samples *samples, film_block *film,
-                               bool (*go_on)(void *user, const wave_stats *stats),
-                               void *user);
+                               bool (*go_on)(void *user, const wave_stats *stats), void *user);
 const wave_stats *wave_get_stats(const wave *w);
 size_t wave_memory(const wave *w); /* bytes that it holds */
 

@@ -107,7 +107,8 @@ void record_child(const wave *w, const path_ray *parent, path_ray *child, dvec3 
 
 static void end_unborn(const wave *w, const path_ray *parent, dvec3 origin, dvec3 d, dvec3 weight,
                        ray_kind kind, snell_ray_end why) {
-    recorded_ray *made = parent->node == NO_ID ? NULL : new_ray(w->settings.record, sample_number(w, parent));
+    recorded_ray *made =
+        parent->node == NO_ID ? NULL : new_ray(w->settings.record, sample_number(w, parent));
     if (made == NULL) return;
     made->said = (snell_explained_ray){.parent = parent->node,
                                        .sample = sample_number(w, parent),
@@ -311,7 +312,8 @@ void record_asked(wave *w, const path_ray *r, const shade_point *p, const light_
 
 void record_irradiance(const wave *w, const path_ray *r, dvec3 f, dvec3 irradiance) {
     recorded_light *made = new_light(w, r, SNELL_SOURCE_LIGHT);
-    contribute(w->settings.record, sample_number(w, r), made, weighted(r, dvec3_mul(f, irradiance)));
+    contribute(w->settings.record, sample_number(w, r), made,
+               weighted(r, dvec3_mul(f, irradiance)));
     if (made == NULL) return;
     name_light(w, made);
     put3(made->said.incoming, irradiance);

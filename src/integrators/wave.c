@@ -298,8 +298,8 @@ snell_status wave_render_block(wave *w, uint32_t x0, uint32_t y0, uint32_t x1, u
                                bool (*go_on)(void *user, const wave_stats *stats), void *user) {
     block_cursor next = {x0, y0, x1, y1, x0, y0, 0, samples->first};
     for (block_cursor c = next; c.sample == samples->first; advance(&c))
-        w->streams[c.pixel] = sample_scramble(sample_pixel_stream(w->settings.seed, c.x, c.y),
-                                              samples->scramble);
+        w->streams[c.pixel] =
+            sample_scramble(sample_pixel_stream(w->settings.seed, c.x, c.y), samples->scramble);
     size_t size = w->settings.wave_size;
     solid_take_spent();
     film_block_clear(block);

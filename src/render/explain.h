@@ -9,7 +9,8 @@ typedef struct snell_explanation {
     snell_explained_light *lights;
     size_t ray_count, light_count;
     snell_explained_sample *samples;
-    uint32_t sample_count, channels; /* number i is number i / s of scramble i % s, of s scrambles */
+    uint32_t sample_count,
+        channels; /* number i is number i / s of scramble i % s, of s scrambles */
     float pixel[4];
 } explanation;
 

@@ -37,9 +37,9 @@ struct job {
     _Atomic uint64_t round_overflows; /* of sums */
     double started;
     _Atomic uint64_t pixels_done, rays;
-    _Atomic uint64_t work; /* samples of a pixel, times pixels */
+    _Atomic uint64_t work;         /* samples of a pixel, times pixels */
     double work_before, work_left; /* the same, when the round began: roughly */
-    _Atomic int stop; /* snell_status of the first failure */
+    _Atomic int stop;              /* snell_status of the first failure */
     pthread_mutex_t lock;
     double last_report;
 };
@@ -249,8 +249,8 @@ static snell_status prepare_rounds(job *j) {
     a->samples_max = o->samples / a->scrambles * a->scrambles;
     a->started = j->started;
     if (!adaptive_begin(a, (size_t)j->blocks_x * j->blocks_y)) return error_no_memory();
-    snell_status status = film_sums_create(o->crop_width, o->crop_height, j->film->channels,
-                                           a->scrambles, &j->sums);
+    snell_status status =
+        film_sums_create(o->crop_width, o->crop_height, j->film->channels, a->scrambles, &j->sums);
     if (!status && o->noise > 0) status = film_keep_variance(j->film);
     if (status || o->wave.aovs == NULL) return status;
     j->aovs = memory_zeroed(a->block_count, sizeof(aov_block *));

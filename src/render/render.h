@@ -10,8 +10,8 @@ enum { PROGRESS_MS = 50 /* between two reports, at least */ };
 typedef struct render_options {
     wave_settings wave;
     uint32_t crop_x, crop_y, crop_width, crop_height; /* the part to render: the film's size */
-    uint32_t samples;         /* per pixel; with a noise or a time limit, at most */
-    uint32_t sharing;         /* as of wave_samples; of a time limit without noise it is its outcome */
+    uint32_t samples; /* per pixel; with a noise or a time limit, at most */
+    uint32_t sharing; /* as of wave_samples; of a time limit without noise it is its outcome */
     double noise, time_limit; /* 0: none (adaptive.h); seconds */
     snell_progress_fn
         *progress; /* at least every 100 ms, never two at once; false cancels; may be NULL */

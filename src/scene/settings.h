@@ -16,7 +16,7 @@
     F(T, samples, INT, DEFAULT(0), RANGE(0, 1048576), "",                                          \
       "camera rays per pixel; 0: the integrator's default")                                        \
     F(T, noise, FLOAT, DEFAULT(0), RANGE(0, 1), "",                                                \
-      "render until the error of every block is under this share of its mean, such as 0.01; then "  \
+      "render until the error of every block is under this share of its mean, such as 0.01; then " \
       "samples is the most of them; 0: no bound")                                                  \
     F(T, max_depth, INT, DEFAULT(-1), RANGE(-1, 1000), "",                                         \
       "camera ray 0, each bounce one more; -1: the integrator's default")                          \
