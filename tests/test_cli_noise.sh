@@ -48,6 +48,7 @@ bound() {
     # The command in the tag makes the same picture.
     run 0 info a.png
     prints '--noise=0\.08'
+    prints '^error under [0-9.]+ % \(95 % confidence\); 9 of 9 blocks under the noise'
     eval "run 0 $(sed -n 's/^ *snell render \(.*\) -o .*/\1/p' out) -o b.pfm"
     cmp -s a.pfm b.pfm || fail "the tag's command makes another picture"
     # A pixel is explained bit for bit, by the tag and without it.
@@ -107,6 +108,8 @@ stopped() {
     [ $? -eq 130 ] || fail "Ctrl-C does not end with 130"
     set +m
     [ -s long.partial.png ] || fail "there is no long.partial.png"
+    run 0 explain long.partial.png 200 100
+    says 'this is of the samples that it had'
     [ -e long.png ] && fail "a stopped render left long.png"
 }
 

@@ -140,8 +140,10 @@ static void check_version(const json_t *tag, const char *picture) {
     if (strcmp(version, snell_version()) != 0)
         report_warning("render it again to be sure", "%s was made by snell %s, this is %s", picture,
                        version, snell_version());
+    bool counted = json_object_get(json_object_get(tag, "noise"), "of_blocks") != NULL;
     if (json_is_true(json_object_get(tag, "partial")))
-        report_note("%s was stopped before it was done: this is of the whole picture", picture);
+        report_note("%s was stopped before it was done: this is of the %s", picture,
+                    counted ? "samples that it had" : "whole picture");
 }
 
 static int check_hash(const json_t *tag, const char *picture, const char *scene, uint64_t hash) {

@@ -83,6 +83,18 @@ static json_t *json_layers(const char *layers) {
     return list;
 }
 
+/* What --noise reached. */
+static void print_noise(const json_t *noise) {
+    double bound = json_number_value(json_object_get(noise, "bound")),
+           confidence = json_number_value(json_object_get(noise, "confidence"));
+    json_int_t blocks = json_integer_value(json_object_get(noise, "blocks")),
+               done = json_integer_value(json_object_get(noise, "blocks_done"));
+    if (blocks <= 0) return;
+    printf("error under %.3g %% (%g %% confidence); %" JSON_INTEGER_FORMAT
+           " of %" JSON_INTEGER_FORMAT " blocks under the noise\n",
+           100 * bound, 100 * confidence, done, blocks);
+}
+
 static void print_picture(const char *path, const snell_picture_info *info) {
     text_print_safe(stdout, path);
     printf(": %s picture, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " channels of %" PRIu32 " bits\n",
@@ -104,6 +116,7 @@ static void print_picture(const char *path, const snell_picture_info *info) {
     bool partial = json_is_true(json_object_get(tag, "partial"));
     puts(partial ? ", stopped before it was done; the whole picture:" : " with");
     print_command(tag, path);
+    print_noise(json_object_get(tag, "noise"));
     print_conversion(tag);
     json_decref(tag);
 }

@@ -58,8 +58,10 @@ static int render_and_write(job *j) {
     }
     snell_status counted = snell_film_get_stats(j->film, &j->stats);
     if (counted != SNELL_OK) return report_status(counted, NULL);
-    /* What was chosen on the way: the same again gives the same picture. */
-    if (in_rounds(j) && !stopped) j->stage.desc.samples = (uint32_t)j->stats.samples_done;
+    /* What was chosen on the way: the same again gives the same picture. Stopped before a bound was
+     * reached, it is still to be. */
+    bool chosen = j->stage.desc.noise > 0 ? !stopped : j->stats.samples_done > 0;
+    if (in_rounds(j) && chosen) j->stage.desc.samples = (uint32_t)j->stats.samples_done;
     progress_end();
     start = progress_seconds();
     int code = report_strict();
