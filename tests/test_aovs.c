@@ -316,10 +316,11 @@ static void adds_up_exactly(const snell_render_desc *desc) {
     MUST(wave_create(&prepared.options.wave, &w));
     MUST(aov_block_create(plan, &b));
     wave_collect(w, b);
+    const wave_samples samples = {0, desc->samples, 0, desc->samples};
     for (uint32_t block = 0; block < 4; block++) {
         uint32_t x = block % 2 * 16, y = block / 2 * 16;
         aov_block_clear(b);
-        MUST(wave_render_block(w, x, y, x + 16, y + 16, sums, NULL, NULL));
+        MUST(wave_render_block(w, x, y, x + 16, y + 16, &samples, sums, NULL, NULL));
         for (uint32_t i = 0; i < 256; i++)
             for (int c = 0; c < 3; c++) {
                 fixed128 by_depth = aov_block_sums(b, AOV_emission, 0, i)[c] +
@@ -381,27 +382,31 @@ static void test_many_lights(void **state) {
 }
 
 /* The floats of the API, over all pixels. */
+static void adds_up(size_t pixel_count) {
+    static const char *const parts[] = {"emission", "direct", "indirect"};
+    const float *whole = snell_film_pixels(bench.film, NULL, NULL, NULL);
+    double largest[3] = {0, 0, 0};
+    for (size_t k = 0; k < pixel_count * 3; k++) {
+        double sum = 0;
+        for (int p = 0; p < 3; p++) {
+            double part = (double)find(bench.film, parts[p], NULL)[k];
+            sum += part;
+            if (part > largest[p]) largest[p] = part;
+        }
+        ASSERT_CLOSE(sum, (double)whole[k], 3e-7, 0);
+    }
+    for (int p = 0; p < 3; p++) assert_true(largest[p] > 0.01);
+}
+
 static void test_layers_add_up(void **state) {
     (void)state;
     build_lights();
-    static const char *const parts[] = {"emission", "direct", "indirect"};
     for (int i = 0; i < 4; i++) {
         snell_render_desc desc = picture(policies[i], 37, 21, 5);
         desc.samples = 3;
         desc.pixel_center = false;
         render_from(&desc, v3(0, 1, 8), v3(0, 0.5, 0), "emission,direct,indirect");
-        const float *whole = snell_film_pixels(bench.film, NULL, NULL, NULL);
-        double largest[3] = {0, 0, 0};
-        for (size_t k = 0; k < 37 * 21 * 3; k++) {
-            double sum = 0;
-            for (int p = 0; p < 3; p++) {
-                double part = (double)find(bench.film, parts[p], NULL)[k];
-                sum += part;
-                if (part > largest[p]) largest[p] = part;
-            }
-            ASSERT_CLOSE(sum, (double)whole[k], 3e-7, 0);
-        }
-        for (int p = 0; p < 3; p++) assert_true(largest[p] > 0.01);
+        adds_up(37 * 21);
     }
 }
 
@@ -648,6 +653,115 @@ static void test_cancelled(void **state) {
     bench = usual;
 }
 
+/* ---- rounds of --noise and --time-limit ---- */
+
+/* Six rounds are the same as one. */
+static void test_rounds(void **state) {
+    (void)state;
+    build_lights();
+    for (int i = 0; i < 4; i++) {
+        snell_render_desc desc = picture(policies[i], 50, 40, 5);
+        desc.samples = 40;
+        desc.pixel_center = false;
+        render_from(&desc, v3(0, 1, 8), v3(0, 0.5, 0), EVERY);
+        uint64_t hash = hash_of_layers(bench.film, 50, 40);
+        desc.time_limit = 1000;
+        render_from(&desc, v3(0, 1, 8), v3(0, 0.5, 0), EVERY);
+        assert_true(hash_of_layers(bench.film, 50, 40) == hash);
+    }
+}
+
+/* Where textures are filtered a first round is thrown away. */
+static void test_starting_over(void **state) {
+    (void)state;
+    uint64_t hash = 0;
+    MUST(snell_scene_load(bench.scene, TEST_SOURCE_DIR "/scenes/motion-blur.lua", NULL));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    for (int limited = 0; limited < 2; limited++) {
+        snell_render_desc desc = SNELL_INIT(render_desc);
+        MUST(snell_scene_settings(bench.scene, 0, &desc));
+        desc.width = 24;
+        desc.height = 18;
+        desc.samples = 5;
+        desc.time_limit = limited ? 1000 : 0;
+        desc.aov = EVERY;
+        MUST(snell_render(bench.scene, &desc, bench.film));
+        if (!limited) hash = hash_of_layers(bench.film, 24, 18);
+    }
+    assert_true(hash_of_layers(bench.film, 24, 18) == hash);
+}
+
+static snell_render_desc with_noise(void) {
+    snell_render_desc desc = picture(SNELL_PATH, 50, 40, 5);
+    desc.samples = 96;
+    desc.pixel_center = false;
+    desc.noise = 0.1f;
+    return desc;
+}
+
+/* Each block has its own number of samples, and a pixel four first ones: ids are those of the first. */
+static void test_noise(void **state) {
+    (void)state;
+    rig usual = bench;
+    uint64_t first = 0;
+    for (int way = 0; way < 4; way++) {
+        bench = rig_make(way == 1 ? 1 : 3, way == 2 ? SNELL_ISA_SCALAR : SNELL_ISA_AUTO);
+        build_lights();
+        snell_render_desc desc = with_noise();
+        desc.wave_size = way == 3 ? 7 : 0;
+        render_from(&desc, v3(0, 1, 8), v3(0, 0.5, 0), EVERY);
+        if (way == 0) first = hash_of_layers(bench.film, 50, 40);
+        assert_true(hash_of_layers(bench.film, 50, 40) == first);
+        if (way < 3) rig_free(&bench);
+    }
+    snell_render_stats s = stats_of(&bench);
+    assert_true(s.samples_min < s.samples_done);
+    adds_up(50 * 40);
+    double rays = 0, coverage = 0;
+    float ids[50 * 40];
+    for (uint32_t i = 0; i < 50 * 40; i++) {
+        rays += value("rays", i % 50, i / 50, 0);
+        ids[i] = (float)value("object_id", i % 50, i / 50, 0);
+        for (uint32_t rank = 0; rank < 6; rank++)
+            coverage = fmax(coverage, value("crypto_object", i % 50, i / 50, 2 * rank + 1));
+    }
+    assert_true(coverage == 1);
+    assert_true(rays == (double)(s.rays_camera + s.rays_reflected + s.rays_refracted +
+                                 s.rays_continued + s.rays_shadow));
+    snell_render_desc desc = with_noise();
+    desc.noise = 0;
+    desc.samples = 1;
+    render_from(&desc, v3(0, 1, 8), v3(0, 0.5, 0), "object_id");
+    bool nothing = false;
+    for (uint32_t i = 0; i < 50 * 40; i++) {
+        assert_true(ids[i] == (float)value("object_id", i % 50, i / 50, 0));
+        nothing |= ids[i] == 0;
+    }
+    assert_true(nothing);
+    rig_free(&bench);
+    bench = usual;
+}
+
+static bool until_known(void *user, const snell_progress *p) {
+    (void)user;
+    return !(p->noise > 0);
+}
+
+/* Stopped in the midst of a round: that round is in no layer, as it is not in the picture. */
+static void test_noise_cancelled(void **state) {
+    (void)state;
+    build_lights();
+    snell_render_desc desc = with_noise();
+    snell_view view = look(v3(0, 1, 8), v3(0, 0.5, 0));
+    desc.view = &view;
+    desc.aov = "emission,direct,indirect";
+    desc.noise = 1e-6f;
+    desc.samples = 1 << 20;
+    desc.progress = until_known;
+    assert_int_equal(snell_render(bench.scene, &desc, bench.film), SNELL_CANCELLED);
+    adds_up(50 * 40);
+}
+
 /* ---- names ---- */
 
 static void test_names(void **state) {
@@ -864,6 +978,10 @@ int main(void) {
         cmocka_unit_test_setup(test_manifest, fresh),
         cmocka_unit_test_setup(test_same_bits, fresh),
         cmocka_unit_test_setup(test_cancelled, fresh),
+        cmocka_unit_test_setup(test_rounds, fresh),
+        cmocka_unit_test_setup(test_starting_over, fresh),
+        cmocka_unit_test_setup(test_noise, fresh),
+        cmocka_unit_test_setup(test_noise_cancelled, fresh),
         cmocka_unit_test_setup(test_names, fresh),
         cmocka_unit_test_setup(test_settings, fresh),
         cmocka_unit_test_setup(test_exr, fresh),

@@ -80,6 +80,33 @@ json() {
     run 0 lamp.lua --noise 0.5% -n 40 -o c.png --progress json
 }
 
+# ---- layers ---------------------------------------------------------------------------------------
+layers() {
+    run 0 lamp.lua --noise 8% -o plain.exr
+    run 0 lamp.lua --noise 8% --aov depth,emission,direct,indirect,rays -o all.exr
+    run 0 info all.exr
+    prints '^layers +.*samples.*variance\.B'
+    prints '^ +depth: Z'
+    run 0 compare plain.exr all.exr --max-rmse 0
+    # The z-test finds variance in a file of several parts too.
+    run 0 lamp.lua --noise 8% --seed 1 -o other.exr
+    run 1 compare plain.exr other.exr --variance-count 4 --json
+    sed -n '/"z_test"/,/}/p' out >plain.json
+    grep -q '"beyond": [1-9]' plain.json || fail "no z-test"
+    run 1 compare all.exr other.exr --variance-count 4 --json
+    sed -n '/"z_test"/,/}/p' out | cmp -s - plain.json || fail "another z-test with AOVs"
+    run 0 convert all.exr all.pfm --layer samples
+    run 0 convert plain.exr plain.pfm --layer samples
+    cmp -s all.pfm plain.pfm || fail "AOVs change the samples"
+    run 0 lamp.lua --noise 8% --aov depth -o one.png
+    [ -s one.depth.png ] || fail "no one.depth.png"
+    run 0 lamp.lua --time-limit 1h -n 5 --aov depth -o limited.exr
+    run 0 lamp.lua -n 5 --aov depth -o whole.exr
+    run 0 convert limited.exr limited.pfm --layer depth
+    run 0 convert whole.exr whole.pfm --layer depth
+    cmp -s limited.pfm whole.pfm || fail "a time limit changes the depth"
+}
+
 # ---- a time ---------------------------------------------------------------------------------------
 limit() {
     local n
@@ -135,6 +162,7 @@ bad() {
 
 bound
 json
+layers
 limit
 stopped
 bad

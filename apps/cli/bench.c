@@ -88,6 +88,7 @@ static int make_round(bench *b, session *s, const example_scene *example) {
     if (code == EXIT_DONE) code = report_strict();
     if (code == EXIT_DONE) b->round_count++;
     b->desc = at.desc;
+    if (at.desc.noise > 0) b->desc.samples = (uint32_t)round->stats.samples_done;
     b->scene.format = NULL;
     b->memory_peak = session_memory_peak(RUSAGE_SELF);
     b->memory_peak_import = session_memory_peak(RUSAGE_CHILDREN);

@@ -223,11 +223,12 @@ void bench_print_advice(const bench *b) {
 
 void bench_text(const bench *b) {
     text_print_safe(stdout, b->label);
-    printf(": %" PRIu32 "x%" PRIu32 ", %s, %" PRIu32 " sample%s, %" PRIu32 " thread%s, %s; %" PRIu32
-           " round%s\n",
-           b->desc.width, b->desc.height, integrator_name(b->desc.integrator), b->desc.samples,
-           b->desc.samples == 1 ? "" : "s", b->threads, b->threads == 1 ? "" : "s",
-           snell_isa_name(b->isa), b->round_count, b->round_count == 1 ? "" : "s, medians");
+    printf(": %" PRIu32 "x%" PRIu32 ", %s, %s%" PRIu32 " sample%s, %" PRIu32
+           " thread%s, %s; %" PRIu32 " round%s\n",
+           b->desc.width, b->desc.height, integrator_name(b->desc.integrator),
+           b->desc.noise > 0 ? "up to " : "", b->desc.samples, b->desc.samples == 1 ? "" : "s",
+           b->threads, b->threads == 1 ? "" : "s", snell_isa_name(b->isa), b->round_count,
+           b->round_count == 1 ? "" : "s, medians");
     print_phases(b);
     print_rays(b);
     print_memory(b);

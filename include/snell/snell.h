@@ -554,8 +554,8 @@ typedef struct snell_render_desc {
     snell_integrator integrator;
     uint32_t width, height; /* pixels, 1..65536, at most 2^30 in all */
     uint32_t crop_x, crop_y, crop_width,
-        crop_height;    /* crop_width 0: all; the film has the crop's size */
-    uint32_t samples;   /* per pixel, 1..2^20; with noise or time_limit, at most */
+        crop_height;  /* crop_width 0: all; the film has the crop's size */
+    uint32_t samples; /* per pixel, 1..2^20; with noise or time_limit, at most */
     /* Over 0, up to 1: each block of 16 x 16 pixels gets samples until its relative error is under this:
      * the root of the mean of (pixel - truth)^2, over the block's mean and 1 % of the picture's. It is a
      * bound at 95 % confidence, from four independent scrambles, of what samples have met: docs/noise.md
@@ -603,7 +603,7 @@ typedef struct snell_render_stats {
         rays_continued; /* continued: walked on through transparent surfaces */
     uint64_t nodes, boxes, triangles, primitives; /* tests done by the kernel, summed over rays;
                                                      boxes: eight to a node */
-    uint64_t samples_done, pixels_done; /* samples per pixel, the most of any; pixels that have theirs */
+    uint64_t samples_done, pixels_done; /* of any pixel the most; pixels that have theirs */
     uint64_t samples_min;
     double samples_mean;
     /* With a noise: the largest bound of any block and at which confidence each holds; how many blocks

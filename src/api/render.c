@@ -473,9 +473,7 @@ static snell_status image_settings(const snell_film *f, const snell_image_desc *
     bool named = desc && desc->tonemap;
     *out = (image_options){.exposure =
                                (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
-                           .tag = desc ? desc->tag : NULL,
-                           .variance = f->film.variance,
-                           .samples = f->film.samples};
+                           .tag = desc ? desc->tag : NULL};
     return tonemap_find(named ? desc->tonemap : snell_film_look(f, NULL), &out->map);
 }
 
@@ -522,6 +520,8 @@ static snell_status encode(const snell_film *f, const image_codec *codec,
     }
     options.layers = from->layers;
     options.layer_count = from->layer_count;
+    options.variance = from->variance;
+    options.samples = from->samples;
     image_pixels pixels = {from->pixels, from->width, from->height, from->channels};
     if (!status) status = image_encode(codec, &pixels, &options, data, size);
     film_free(&one);

@@ -97,10 +97,8 @@ static void picture_part(const image_pixels *pixels, const image_options *option
 }
 
 static void layer_part(const film_layer *layer, exr_part *p) {
-    *p = (exr_part){.name = layer->name,
-                    .width = layer->width,
-                    .height = layer->height,
-                    .layer = layer};
+    *p = (exr_part){
+        .name = layer->name, .width = layer->width, .height = layer->height, .layer = layer};
     for (uint32_t i = 0; i < layer->channels; i++)
         aov_channel_name(layer, i, add_channel(p, layer->pixels, i, layer->channels)->name);
 }

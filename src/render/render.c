@@ -315,8 +315,8 @@ static void collect(job *j, uint32_t worker_count, snell_render_stats *out, bool
         if (j->workers[i].wave) {
             const wave_stats *stats = wave_get_stats(j->workers[i].wave);
             add_stats(out, stats, &dropped);
-            out->memory_rays += wave_memory(j->workers[i].wave) +
-                                j->plan.scrambles * sizeof *j->workers[i].blocks;
+            out->memory_rays +=
+                wave_memory(j->workers[i].wave) + j->plan.scrambles * sizeof *j->workers[i].blocks;
             *spent |= stats->spent_solids > 0;
         }
         wave_destroy(j->workers[i].wave);
