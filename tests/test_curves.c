@@ -372,8 +372,14 @@ static long rays_of(void) { return test_full() ? 1000000 : SANITIZED ? 4000 : 20
 
 static const double sizes[] = {1e-3, 1, 1e3, 1e6}, offsets[] = {0, 1, 128, 16384};
 
-/* A ray that leaves starts on the side to which it goes, and does not meet the surface there. */
-static void check_leaving(setting *s, const surface *at) {
+static uint32_t strand_of(const curves_view *v, const hit *found) {
+    return found->primitive / (v->basis == LINEAR ? 1 : 4) / POINTS;
+}
+
+/* A ray that leaves a strand starts on the side to which it goes, and does not meet the surface there.
+ * Another strand may be nearer than floats are fine: the ray may start in that one. */
+static void check_leaving(setting *s, const hit *left, const surface *at) {
+    const curves_view *v = (const void *)&s->desc;
     for (int i = 0; i < 2; i++) {
         dvec3 d = any_direction();
         if (i == 1) d = dvec3_sub(d, dvec3_scale(at->n, dvec3_dot(d, at->n) * (1 - 1e-6)));
@@ -381,7 +387,7 @@ static void check_leaving(setting *s, const surface *at) {
         double side = dvec3_dot(at->n, dvec3_from(next.d));
         if (side == 0) continue;
         next.o = surface_offset_origin(at, side);
-        real away = distance(&s->desc, wide_from(next.o));
+        real away = depth_in(v, strand_of(v, left), wide_from(next.o));
         /* Where a thread is no thicker than some roundings of its points they carry it out again. */
         real coarse =
             0x1p-23L * (fabsl((real)at->p.x) + fabsl((real)at->p.y) + fabsl((real)at->p.z));
@@ -412,11 +418,60 @@ static void threads_agree_with_a_slow_solver(void **state) {
         if (!setting_compare(&s, &r, &found)) continue;
         setting_surface(&s, &r, &found, &last);
         met = true;
-        check_leaving(&s, &last);
+        check_leaving(&s, &found, &last);
     }
     printf("threads: %ld hits, %ld misses, %ld too close to call, %ld met again\n", s.hits,
            s.misses, s.unclear, s.again);
     assert_true(s.hits > rays_of() / 4 && s.misses > rays_of() / 8);
+    setting_release(&s);
+}
+
+static void make_close(void *desc, rng *r, dvec3 at, double size, int variant) {
+    (void)r, (void)at, (void)size;
+    static const vec3 points[] = {
+        {0x1.221864p+12f, 0x1.7e0fb4p+13f, 0x1.346c98p+13f},
+        {0x1.221a9p+12f, 0x1.7e1132p+13f, 0x1.346d5ep+13f},
+        {0x1.221bc4p+12f, 0x1.7e12f4p+13f, 0x1.346e1ep+13f},
+        {0x1.221c34p+12f, 0x1.7e14eep+13f, 0x1.346e4ep+13f},
+        {0x1.221b92p+12f, 0x1.7e16e4p+13f, 0x1.346e9p+13f},
+        {0x1.221b2ap+12f, 0x1.7e18dcp+13f, 0x1.346e46p+13f},
+        {0x1.221ab6p+12f, 0x1.7e1ad8p+13f, 0x1.346e34p+13f},
+        {0x1.221ddp+12f, 0x1.7e1212p+13f, 0x1.346ce4p+13f},
+        {0x1.221adcp+12f, 0x1.7e11fp+13f, 0x1.346e3cp+13f},
+        {0x1.2217e6p+12f, 0x1.7e112ap+13f, 0x1.346f56p+13f},
+        {0x1.22157cp+12f, 0x1.7e1024p+13f, 0x1.34708ep+13f},
+        {0x1.221344p+12f, 0x1.7e0ea4p+13f, 0x1.347148p+13f},
+        {0x1.221034p+12f, 0x1.7e0dacp+13f, 0x1.347222p+13f},
+        {0x1.220cap+12f, 0x1.7e0ce4p+13f, 0x1.34729p+13f},
+    };
+    static const float radii[] = {0x1.bf43e8p-6f, 0x1.80ec3ap-6f, 0x1.8387ap-6f,  0x1.d4c512p-6f,
+                                  0x1.74ace2p-6f, 0x1.7f4474p-6f, 0x1.e60e6p-6f,  0x1.a6db78p-6f,
+                                  0x1.cd71a6p-6f, 0x1.489ddcp-6f, 0x1.7b896ep-6f, 0x1.6d7f5ep-6f,
+                                  0x1.507816p-6f, 0x1.4953d8p-6f};
+    static const uint32_t starts[] = {0, POINTS};
+    curves_view *v = desc;
+    *v = (curves_view){v->struct_size, points, COUNT_OF(points), radii,   COUNT_OF(radii),
+                       0.01f,          starts, COUNT_OF(starts), variant, 0};
+}
+
+/* Where floats are 1 mm apart and the next thread is a quarter of that away, the origin leaves its own. */
+static void next_to_another_thread_the_origin_leaves_its_own(void **state) {
+    (void)state;
+    static const subject close = {"curves", 1, make_close, solve, distance};
+    setting s = {.of = &close, .type = primitive_find("curves")};
+    setting_make_at(&s, 1, (dvec3){0, 0, 0}, BSPLINE);
+    ray r = ray_make((vec3){-0x1.0a5174p+12f, 0x1.131c2ep+13f, 0x1.5efa64p+12f},
+                     (vec3){0x1.3590e8p+0f, 0x1.dc0ee6p-2f, 0x1.27d84ep-1f}, 0, INFINITY);
+    hit found;
+    surface at;
+    assert_true(setting_compare(&s, &r, &found));
+    setting_surface(&s, &r, &found, &at);
+    const curves_view *v = (const void *)&s.desc;
+    vec3 o = surface_offset_origin(&at, 1);
+    assert_true(depth_in(v, 0, wide_from_d(at.p)) > 0);
+    assert_true(depth_in(v, 0, wide_from(o)) < 0);
+    assert_true(depth_in(v, 1, wide_from(o)) >= at.error);
+    for (int i = 0; i < 10; i++) check_leaving(&s, &found, &at);
     setting_release(&s);
 }
 
@@ -689,6 +744,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(straight_threads_are_cylinders_with_round_ends),
         cmocka_unit_test(threads_agree_with_a_slow_solver),
+        cmocka_unit_test(next_to_another_thread_the_origin_leaves_its_own),
         cmocka_unit_test(ribbons_agree_with_a_slow_solver),
         cmocka_unit_test(beside_a_far_thread_the_origin_stays_on_its_side),
         cmocka_unit_test(strands_have_no_faces_inside),
