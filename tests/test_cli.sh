@@ -448,7 +448,7 @@ aovs() {
     echo mine >layered.depth.png
     run 5 layered.lua "${small[@]}"
     says "layered.depth.png is there already"
-    "$snell" --version | grep -q openexr || { echo "NOT TESTED: this build has no OpenEXR"; return; }
+    "$snell" --version | grep -q '^parts.*openexr' || { echo "NOT TESTED: this build has no OpenEXR"; return; }
     run 0 my.lua "${small[@]}" -o layers.exr --aov depth,normal,crypto_object,direct,indirect,emission
     says "with depth, normal, crypto_object"
     run 0 info layers.exr

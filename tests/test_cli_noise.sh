@@ -7,6 +7,8 @@ cd "$work" || exit 1
 for name in $(compgen -e SNELL_); do unset "$name"; done
 export NO_COLOR=1 TMPDIR=$work
 failures=0
+float=pfm # with OpenEXR .exr, and what only that can hold
+"$snell" --version | grep -q "^parts.*openexr" && float=exr
 
 fail() {
     failures=$((failures + 1))
@@ -67,21 +69,23 @@ bound() {
 }
 
 json() {
-    run 0 lamp.lua --noise 0.5% -n 40 -o c.exr --json
+    run 0 lamp.lua --noise 0.5% -n 40 -o c.$float --json
     prints '"noise": \{'
     prints '"confidence": 0.9'
     prints '"blocks": 9'
     prints '"max": 40'
     prints '"samples": 40,'
+    run 0 lamp.lua --noise 0.5% -n 40 -o c.png --progress json
+    [ $float = exr ] || return 0
     run 0 lamp.lua --noise 0.5% -n 40 --seed 1 -o d.exr
     run 0 compare c.exr d.exr --variance-count 4 --max-rejected 0 --json
     prints '"rejected": 0'
     run 0 convert c.exr samples.pfm --layer samples
-    run 0 lamp.lua --noise 0.5% -n 40 -o c.png --progress json
 }
 
 # ---- layers ---------------------------------------------------------------------------------------
 layers() {
+    [ $float = exr ] || { echo "NOT TESTED: this build has no OpenEXR"; return; }
     run 0 lamp.lua --noise 8% -o plain.exr
     run 0 lamp.lua --noise 8% --aov depth,emission,direct,indirect,rays -o all.exr
     run 0 info all.exr
