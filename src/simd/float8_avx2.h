@@ -28,7 +28,6 @@ static inline unsigned m8_bits(m8 a) { return (unsigned)_mm256_movemask_ps(a); }
 static inline f8 f8_make(float a, float b, float c, float d, float e, float f, float g, float h) {
     return _mm256_setr_ps(a, b, c, d, e, f, g, h);
 }
-static inline f8 f8_negate(f8 a) { return _mm256_xor_ps(_mm256_set1_ps(-0.0f), a); }
 static inline unsigned f8_signs(f8 a) { return (unsigned)_mm256_movemask_ps(a); }
 static inline f8 f8_select(f8 sign, f8 a, f8 b) { return _mm256_blendv_ps(a, b, sign); }
 

@@ -62,10 +62,6 @@ static inline unsigned m8_bits(m8 a) { return a; }
 static inline f8 f8_make(float a, float b, float c, float d, float e, float f, float g, float h) {
     return (f8){{a, b, c, d, e, f, g, h}};
 }
-static inline f8 f8_negate(f8 a) {
-    for (int i = 0; i < 8; i++) a.v[i] = -a.v[i];
-    return a;
-}
 static inline unsigned f8_signs(f8 a) {
     unsigned r = 0;
     for (unsigned i = 0; i < 8; i++) r |= (unsigned)(signbit(a.v[i]) != 0) << i;

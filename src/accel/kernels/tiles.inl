@@ -23,12 +23,6 @@ typedef struct tile {
 INLINE uint32_t count_bits(uint64_t mask) { return (uint32_t)__builtin_popcountll(mask); }
 #define LANES(mask, at) ((uint32_t)((mask) >> (at)) & 0xffff)
 
-/* The planes that rays of a group meet first and last, of the two along an axis. */
-INLINE void find_planes(uint32_t back, float low, float high, f16 *near, f16 *far) {
-    *near = f16_blend(back, f16_set(low), f16_set(high));
-    *far = f16_blend(back, f16_set(high), f16_set(low));
-}
-
 /* As test_box, find_margin and is_near, which say more. */
 INLINE void enter_mesh(tile *t, const frozen_instance *in, uint32_t at) {
     const bounds3 *box = &in->bounds, *mesh = &in->mesh->bounds;
@@ -40,8 +34,10 @@ INLINE void enter_mesh(tile *t, const frozen_instance *in, uint32_t at) {
     f16 reach = f16_set(0), place = f16_set(0);
     uint32_t inside = 0xffff;
     for (int i = 0; i < 3; i++) {
-        f16 o = f16_load(t->o[i] + at), inv = f16_load(t->inv[i] + at), near, far;
-        find_planes(LANES(t->back[i], at), low[i], high[i], &near, &far);
+        uint32_t back = LANES(t->back[i], at);
+        f16 o = f16_load(t->o[i] + at), inv = f16_load(t->inv[i] + at);
+        f16 near = f16_blend(back, f16_set(low[i]), f16_set(high[i]));
+        f16 far = f16_blend(back, f16_set(high[i]), f16_set(low[i]));
         enter = f16_max(f16_mul(f16_sub(near, o), inv), enter);
         leave = f16_min(f16_mul(f16_sub(far, o), inv), leave);
         f16 below = f16_sub(f16_set(mesh_low[i]), o), above = f16_sub(f16_set(mesh_high[i]), o);
