@@ -8,8 +8,8 @@
 /* Like realloc(old, count * size) with the product checked; 64-byte alignment is not promised. */
 void *memory_resize(void *old, size_t count, size_t size);
 void *memory_zeroed(size_t count, size_t size);
-/* Aligned to 64 bytes (a cache line, an AVX-512 register), uninitialised; free with
- * memory_free_aligned. */
+/* Aligned to 64 bytes (a cache line, an AVX-512 register), uninitialised, and on huge pages where it is large;
+ * free with memory_free_aligned or free. */
 void *memory_aligned(size_t size);
 void memory_free_aligned(void *memory);
 char *memory_copy_string(const char *text); /* NULL when out of memory */

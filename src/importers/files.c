@@ -6,6 +6,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -108,18 +109,18 @@ static snell_status read_all(int fd, const char *name, size_t size, uint8_t **da
     return SNELL_OK;
 }
 
-snell_status import_read_file(const char *path, const char *name, const import_options *options,
-                              uint8_t **data, size_t *size) {
-    if (name == NULL) name = path;
+/* An open file that may be read whole. */
+static snell_status open_whole(const char *path, const char *name, const import_options *options,
+                               int *fd, size_t *size) {
     /* O_NONBLOCK: a pipe with no writer must not hold us up. */
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (fd < 0) return cannot_open(name, errno);
+    *fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    if (*fd < 0) return cannot_open(name, errno);
     uint64_t size_max = (uint64_t)4 << 30;
     if (options->memory_max && options->memory_max / 2 < size_max)
         size_max = options->memory_max / 2;
     struct stat status;
-    snell_status result;
-    if (fstat(fd, &status) != 0)
+    snell_status result = SNELL_OK;
+    if (fstat(*fd, &status) != 0)
         result = cannot_open(name, errno);
     else if (S_ISDIR(status.st_mode))
         result = cannot_open(name, EISDIR);
@@ -129,11 +130,54 @@ snell_status import_read_file(const char *path, const char *name, const import_o
         result = error_set(SNELL_ERR_MEMORY, "allow more memory for reading (--memory)",
                            "'%s' has %lld bytes; at most %llu are read", name,
                            (long long)status.st_size, (unsigned long long)size_max);
+    if (result == SNELL_OK)
+        *size = (size_t)status.st_size;
     else
-        result = read_all(fd, name, (size_t)status.st_size, data);
-    if (result == SNELL_OK) *size = (size_t)status.st_size;
+        close(*fd);
+    return result;
+}
+
+snell_status import_read_file(const char *path, const char *name, const import_options *options,
+                              uint8_t **data, size_t *size) {
+    if (name == NULL) name = path;
+    int fd;
+    size_t bytes = 0;
+    snell_status result = open_whole(path, name, options, &fd, &bytes);
+    if (result) return result;
+    result = read_all(fd, name, bytes, data);
+    if (result == SNELL_OK) *size = bytes;
     close(fd);
     return result;
+}
+
+static bool can_be_mapped(size_t size) { return size % (size_t)sysconf(_SC_PAGESIZE) != 0; }
+
+snell_status import_map_file(const char *path, const import_options *options, const char **data,
+                             size_t *size) {
+    int fd;
+    snell_status result = open_whole(path, path, options, &fd, size);
+    if (result) return result;
+    if (can_be_mapped(*size)) {
+        void *mapped = mmap(NULL, *size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, fd, 0);
+        if (mapped == MAP_FAILED)
+            result = error_no_memory();
+        else
+            *data = mapped;
+    } else {
+        uint8_t *bytes;
+        result = read_all(fd, path, *size, &bytes);
+        if (result == SNELL_OK) *data = (const char *)bytes;
+    }
+    close(fd);
+    return result;
+}
+
+void import_unmap_file(const char *data, size_t size) {
+    void *start = (void *)(uintptr_t)data;
+    if (can_be_mapped(size))
+        munmap(start, size);
+    else
+        free(start);
 }
 
 snell_status import_read_beside(const char *base_file, const char *name,

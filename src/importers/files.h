@@ -21,7 +21,14 @@ snell_status import_resolve(const char *base_file, const char *name, const impor
 snell_status import_read_file(const char *path, const char *name, const import_options *options,
                               uint8_t **data, size_t *size);
 
-/* Both together. */
+/* The same without a copy where the file's size allows (the rest of its last page is zeros): mapped, of
+ * which only what is looked at is read. For the sandbox alone: a file that another program cuts short
+ * meanwhile ends the process by a signal. Freed by import_unmap_file. */
+snell_status import_map_file(const char *path, const import_options *options, const char **data,
+                             size_t *size);
+void import_unmap_file(const char *data, size_t size);
+
+/* import_resolve and import_read_file. */
 snell_status import_read_beside(const char *base_file, const char *name,
                                 const import_options *options, uint8_t **data, size_t *size);
 

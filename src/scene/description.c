@@ -350,19 +350,29 @@ static snell_status check_desc(const description *d, const type_info *type, void
     return status;
 }
 
-/* Takes a checked desc, of which it makes a deep copy. */
+static void *shallow_copy(const void *data, size_t size) {
+    void *copy = malloc(size);
+    if (copy) memcpy(copy, data, size);
+    return copy;
+}
+
+/* Takes a checked desc: a deep copy of it, or, `owned`, what it points to itself. */
 static snell_status append_object(description *d, const type_info *type, const void *desc,
-                                  object_source source, uint32_t *index) {
+                                  bool owned, object_source source, uint32_t *index) {
     object_list *list = &d->objects[type->category];
     const char *name = source.name ? source.name : "";
     object made = {.type = type,
-                   .desc = desc_copy(type, desc),
+                   .desc = owned ? shallow_copy(desc, type->desc_size) : desc_copy(type, desc),
                    .name = memory_copy_string(name),
                    .file = memory_copy_string(source.file ? source.file : ""),
                    .line = source.line};
     if (!made.desc || !made.name || !made.file ||
         !ARRAY_GROW(list->items, list->count, list->capacity, 1) ||
         (name[0] && !reserve_name(list))) {
+        if (owned) { /* the caller keeps what it points to */
+            free(made.desc);
+            made.desc = NULL;
+        }
         free_object(&made);
         return error_no_memory();
     }
@@ -400,7 +410,7 @@ snell_status description_add(description *d, category which, const char *type,
         desc_init(info, desc);
         status = set_params(info, desc, params, count, given);
         if (!status) status = check_desc(d, info, desc, given);
-        if (!status) status = append_object(d, info, desc, source, index);
+        if (!status) status = append_object(d, info, desc, false, source, index);
     } else {
         status = error_no_memory();
     }
@@ -439,17 +449,27 @@ static snell_status take_desc(const type_info *type, const void *desc, void *who
     return SNELL_OK;
 }
 
-snell_status description_add_desc(description *d, const type_info *type, const void *desc,
-                                  object_source source, uint32_t *index) {
+static snell_status add_whole(description *d, const type_info *type, const void *desc, bool owned,
+                              object_source source, uint32_t *index) {
     snell_status status = check_place(d, type, source.name);
     if (status) return status;
     void *whole = memory_zeroed(1, type->desc_size);
     if (whole == NULL) return error_no_memory();
     status = take_desc(type, desc, whole);
     if (!status) status = check_desc(d, type, whole, NULL);
-    if (!status) status = append_object(d, type, whole, source, index);
+    if (!status) status = append_object(d, type, whole, owned, source, index);
     free(whole);
     return status;
+}
+
+snell_status description_add_desc(description *d, const type_info *type, const void *desc,
+                                  object_source source, uint32_t *index) {
+    return add_whole(d, type, desc, false, source, index);
+}
+
+snell_status description_take_desc(description *d, const type_info *type, const void *desc,
+                                   object_source source, uint32_t *index) {
+    return add_whole(d, type, desc, true, source, index);
 }
 
 snell_status description_add_instance(description *d, uint32_t shape, uint32_t material_index,
@@ -515,13 +535,13 @@ snell_status description_add_user(description *d, const snell_user_shape_desc *d
     user_desc made;
     snell_status status = check_place(d, &shape_user.info, source.name);
     if (!status) status = user_desc_make(desc, &made);
-    return status ? status : append_object(d, &shape_user.info, &made, source, index);
+    return status ? status : append_object(d, &shape_user.info, &made, false, source, index);
 }
 
 snell_status description_add_empty_group(description *d, object_source source, uint32_t *index) {
     const group_desc desc = {sizeof desc, 1};
     snell_status status = check_place(d, &shape_group.info, source.name);
-    return status ? status : append_object(d, &shape_group.info, &desc, source, index);
+    return status ? status : append_object(d, &shape_group.info, &desc, false, source, index);
 }
 
 snell_status description_set_owner(description *d, uint32_t index, uint32_t owner) {

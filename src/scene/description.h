@@ -97,6 +97,10 @@ snell_status description_add(description *d, category category, const char *type
  * SNELL_ERR_VERSION. */
 snell_status description_add_desc(description *d, const type_info *type, const void *desc,
                                   object_source source, uint32_t *index);
+/* The same for a type without strings, but on success the arrays are the description's from then on, not
+ * copied: each of its own allocation, for free(). */
+snell_status description_take_desc(description *d, const type_info *type, const void *desc,
+                                   object_source source, uint32_t *index);
 snell_status description_add_instance(description *d, uint32_t shape, uint32_t material,
                                       const transform *to_world, object_source source,
                                       uint32_t *index);
