@@ -10,8 +10,6 @@
 #include "importers/assimp_reader.h"
 #include "maths/functions.h"
 
-enum { USE_COLOR, USE_GREY, USE_ALPHA };
-
 /* ---- textures ---- */
 
 /* "*3": a texture inside the file. Only compressed ones (height 0) are images as we know them. */
@@ -24,20 +22,7 @@ static snell_status embedded_image(reader *r, const char *path, decoded_image *o
 }
 
 static snell_status load_image(reader *r, const char *path, decoded_image *out) {
-    if (path[0] == '*') return embedded_image(r, path, out);
-    char name[1024];
-    snprintf(name, sizeof name, "%s", path);
-    for (char *c = name; *c; c++)
-        if (*c == '\\') *c = '/';
-    uint8_t *data = NULL;
-    size_t size = 0;
-    snell_status status = import_read_beside(r->path, name, r->options, &data, &size);
-    /* A path of the author's machine: the file's name alone may be beside the scene. */
-    const char *base = strrchr(name, '/');
-    if (status && base) status = import_read_beside(r->path, base + 1, r->options, &data, &size);
-    if (!status) status = image_decode(data, size, IMAGE_SIZE_MAX, out);
-    free(data);
-    return status;
+    return path[0] == '*' ? embedded_image(r, path, out) : map_load(r->path, path, r->options, out);
 }
 
 static const char *wrap_word(enum aiTextureMapMode mode) {
@@ -46,34 +31,11 @@ static const char *wrap_word(enum aiTextureMapMode mode) {
                                                                             : "repeat";
 }
 
-static snell_status add_texture(reader *r, const decoded_image *pixels, int use,
-                                const enum aiTextureMapMode modes[2], snell_texture_id *out) {
-    size_t size = (size_t)pixels->width * pixels->height * pixels->channels;
-    snell_param params[] = {
-        {"width", SNELL_PARAM_INT, {.i = pixels->width}},
-        {"height", SNELL_PARAM_INT, {.i = pixels->height}},
-        {"format", SNELL_PARAM_STRING, {.s = image_format_word(pixels)}},
-        {"pixels", SNELL_PARAM_ARRAY, {.array = {pixels->pixels, size}}},
-        {"encoding", SNELL_PARAM_STRING, {.s = use == USE_COLOR ? "srgb" : "linear"}},
-        {"wrap_u", SNELL_PARAM_STRING, {.s = wrap_word(modes[0])}},
-        {"wrap_v", SNELL_PARAM_STRING, {.s = wrap_word(modes[1])}},
-        {"map", SNELL_PARAM_STRING, {.s = "uv"}},
-    };
-    uint32_t index;
-    snell_status status =
-        description_add(r->d, CATEGORY_TEXTURE, "image", params, sizeof params / sizeof params[0],
-                        (object_source){NULL, r->path, 0}, &index);
-    if (!status)
-        *out =
-            (snell_texture_id){index + 1, r->d->objects[CATEGORY_TEXTURE].items[index].generation};
-    return status;
-}
-
 /* One texture for a path and a use; an image that cannot be read is a warning and id 0. An opacity
  * map with alpha is meant by its alpha, others by their grey. */
-static snell_status make_texture(reader *r, const char *path, int use,
+static snell_status make_texture(reader *r, const char *path, map_use use,
                                  const enum aiTextureMapMode modes[2], snell_texture_id *out) {
-    decoded_image image, part;
+    decoded_image image;
     snell_status status = load_image(r, path, &image);
     if (status == SNELL_ERR_MEMORY) return status;
     if (status) {
@@ -81,17 +43,15 @@ static snell_status make_texture(reader *r, const char *path, int use,
         snprintf(text, sizeof text, "%s", error_last()->text);
         return reader_warn(r, "texture '%.200s': %s; the plain colour is used", path, text);
     }
-    if (use == USE_GREY && image_has_alpha(&image)) use = USE_ALPHA;
-    status = use == USE_ALPHA ? image_copy_alpha(&image, &part) : image_copy_color(&image, &part);
+    map_look look = {.use = use, .wrap = {wrap_word(modes[0]), wrap_word(modes[1])}};
+    if (use == MAP_LINEAR && image_has_alpha(&image)) look.use = MAP_ALPHA;
+    status = map_add(r->d, r->path, &image, &look, out);
     image_free(&image);
-    if (status) return status;
-    status = add_texture(r, &part, use, modes, out);
-    image_free(&part);
     return status;
 }
 
 static snell_status find_texture(reader *r, const struct aiMaterial *m, enum aiTextureType type,
-                                 int use, snell_texture_id *out) {
+                                 map_use use, snell_texture_id *out) {
     struct aiString path;
     enum aiTextureMapMode modes[2] = {aiTextureMapMode_Wrap, aiTextureMapMode_Wrap};
     *out = (snell_texture_id){0, 0};
@@ -270,7 +230,7 @@ static snell_status add_by_illum(reader *r, const look *k, uint32_t *out) {
 
 static snell_status read_alpha(reader *r, const struct aiMaterial *m, look *k) {
     double opacity = get_float(m, "$mat.opacity", 1);
-    snell_status status = find_texture(r, m, aiTextureType_OPACITY, USE_GREY, &k->alpha.texture);
+    snell_status status = find_texture(r, m, aiTextureType_OPACITY, MAP_LINEAR, &k->alpha.texture);
     if (status) return status;
     if (!(opacity > 0)) { /* exporters that mean the opposite */
         status = reader_warn(r, "material '%.100s' is wholly transparent: drawn opaque", k->name);
@@ -298,9 +258,9 @@ static snell_status read_material(reader *r, const struct aiMaterial *m, uint32_
     if (aiGetMaterialString(m, AI_MATKEY_NAME, &name) == aiReturn_SUCCESS) k.name = name.data;
     if (k.name == NULL) k.name = "";
     aiGetMaterialIntegerArray(m, "$mat.illum", 0, 0, &k.illum, NULL);
-    snell_status status = find_texture(r, m, aiTextureType_DIFFUSE, USE_COLOR, &k.color.texture);
+    snell_status status = find_texture(r, m, aiTextureType_DIFFUSE, MAP_COLOR, &k.color.texture);
     if (!status && !k.color.texture.index1)
-        status = find_texture(r, m, aiTextureType_BASE_COLOR, USE_COLOR, &k.color.texture);
+        status = find_texture(r, m, aiTextureType_BASE_COLOR, MAP_COLOR, &k.color.texture);
     if (!status) status = read_alpha(r, m, &k);
     if (!status) status = warn_of_losses(r, m);
     if (status) return status;

@@ -11,13 +11,12 @@
 
 #include <assimp/scene.h>
 
-#include "importers/files.h"
-#include "importers/image_decode.h"
+#include "importers/maps.h"
 #include "importers/names.h"
 
 typedef struct map_entry { /* textures made before */
     char *path;            /* owned */
-    int use;
+    map_use use;
     snell_texture_id id;
 } map_entry;
 

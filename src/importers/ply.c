@@ -653,7 +653,7 @@ static snell_status finish(ply *p) {
     snell_status status = p->out.normals ? SNELL_OK : surfaces_smooth(&p->out, NULL, NULL);
     uint32_t white = NO_MATERIAL;
     name_set names = {0};
-    if (!status) status = surfaces_white(p->d, p->path, &white);
+    if (!status) status = surfaces_plain(p->d, p->path, 1, &white);
     if (!status)
         status = surfaces_add(&p->out, p->d, &names, NULL, white, p->options->up,
                               (object_source){NULL, p->path, 0});

@@ -42,7 +42,7 @@ static void say_progress(const stl *s) {
 
 static snell_status add_mesh(stl *s, surfaces *made) {
     s->mesh_count++;
-    snell_status status = surfaces_white(s->d, s->path, &s->material);
+    snell_status status = surfaces_plain(s->d, s->path, 1, &s->material);
     if (!status)
         status = surfaces_add(made, s->d, &s->names, s->name, s->material,
                               s->options->up ? s->options->up : "z",

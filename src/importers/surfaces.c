@@ -346,9 +346,9 @@ snell_status surfaces_smooth(surfaces *s, const uint8_t *lacks, const uint32_t *
 
 /* ---- into the description ---- */
 
-snell_status surfaces_white(description *d, const char *path, uint32_t *material) {
+snell_status surfaces_plain(description *d, const char *path, float c, uint32_t *material) {
     if (*material != NO_MATERIAL) return SNELL_OK;
-    const snell_param color = {"color", SNELL_PARAM_VEC3, {.v = {1, 1, 1}}};
+    const snell_param color = {"color", SNELL_PARAM_VEC3, {.v = {c, c, c}}};
     return description_add(d, CATEGORY_MATERIAL, "lambert", &color, 1,
                            (object_source){NULL, path, 0}, material);
 }

@@ -46,8 +46,8 @@ snell_status surfaces_smooth(surfaces *s, const uint8_t *lacks, const uint32_t *
 snell_status surfaces_add(surfaces *s, description *d, name_set *names, const char *name,
                           uint32_t material, const char *up, object_source where);
 
-/* White, as files without materials are drawn; made once: *material then is other than NO_MATERIAL. */
-snell_status surfaces_white(description *d, const char *path, uint32_t *material);
+/* A grey Lambert material, as files without materials are drawn; made once: *material is NO_MATERIAL before. */
+snell_status surfaces_plain(description *d, const char *path, float color, uint32_t *material);
 
 /* The line and column, from 1, of a place in a text. Lines end with \n, \r\n or \r. */
 source_place text_place(const char *path, const char *text, const char *at);
