@@ -598,32 +598,28 @@ texts() {
 obj_text='v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n'
 contents() {
     printf "$obj_text" >plain.obj
-    if "$snell" --version | grep -q 'missing.*assimp'; then
-        echo "without libassimp: OBJ is not tested"
-    else
-        for name in named.txt noextension; do
-            cp plain.obj $name
-            run 0 info ./$name
-            prints "$name: obj"
-        done
-        run 0 info plain.obj
-        prints "1 instance of 1 shape: 4 triangles"
-        "$snell" - -n 1 -s 8x8 -o obj.pfm <plain.obj >out 2>err || fail "OBJ on standard input is not recognised"
-        run 0 plain.obj -n 1 -s 8x8 -o obj2.pfm
-        cmp -s obj.pfm obj2.pfm || fail "OBJ on standard input is another picture"
-        cp plain.obj wrong.glb
-        run 3 wrong.glb
-        says "this is no GLB file"
-        says "--input-format"
-        run 0 info wrong.glb --input-format obj
-        prints "wrong.glb: obj"
-        run 2 plain.obj -D depth=1
-        says "plain.obj takes no values (-D)"
-        run 0 plain.obj -n 1 -s 8x8 -o dark.png --light none
-        says "the picture will be black"
-        run 0 plain.obj -n 1 -s 8x8 -o dark.png --light none --background 1
-        grep -q black err && fail "a bright background is called black"
-    fi
+    for name in named.txt noextension; do
+        cp plain.obj $name
+        run 0 info ./$name
+        prints "$name: obj"
+    done
+    run 0 info plain.obj
+    prints "1 instance of 1 shape: 4 triangles"
+    "$snell" - -n 1 -s 8x8 -o obj.pfm <plain.obj >out 2>err || fail "OBJ on standard input is not recognised"
+    run 0 plain.obj -n 1 -s 8x8 -o obj2.pfm
+    cmp -s obj.pfm obj2.pfm || fail "OBJ on standard input is another picture"
+    cp plain.obj wrong.glb
+    run 3 wrong.glb
+    says "this is no GLB file"
+    says "--input-format"
+    run 0 info wrong.glb --input-format obj
+    prints "wrong.glb: obj"
+    run 2 plain.obj -D depth=1
+    says "plain.obj takes no values (-D)"
+    run 0 plain.obj -n 1 -s 8x8 -o dark.png --light none
+    says "the picture will be black"
+    run 0 plain.obj -n 1 -s 8x8 -o dark.png --light none --background 1
+    grep -q black err && fail "a bright background is called black"
     "$snell" render - -n 4 -s 64x48 -o s.pfm <my.lua >out 2>err || fail "a scene on standard input is not recognised"
     run 0 my.lua "${small[@]}" -o s2.pfm
     cmp -s s.pfm s2.pfm || fail "a scene on standard input gives another picture"

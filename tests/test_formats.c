@@ -13,14 +13,11 @@
 #include <string.h>
 #include <unistd.h>
 
-#if SNELL_HAS_ASSIMP
-#include <assimp/version.h>
-#endif
-
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "importers/files.h"
 #include "importers/image_decode.h"
+#include "mutants.h"
 
 #define DATA TEST_SOURCE_DIR "/tests/data/models/"
 
@@ -494,15 +491,13 @@ static void sizes_of_images_are_limited(void **state) {
     assert_non_null(strstr(error_last()->text, "65537 x 65536 pixels"));
 }
 
-/* ---- OBJ, PLY, STL ---- */
-
-#if SNELL_HAS_ASSIMP
+/* ---- OBJ, PLY, STL: more in tests/test_surfaces.c ---- */
 
 static void obj_and_mtl(void **state) {
     (void)state;
     description *d = load("quad.obj");
     assert_string_equal(d->format, "obj");
-    assert_int_equal(d->instance_count, 3);
+    assert_int_equal(d->instance_count, 4);
     assert_int_equal(mesh_triangle_count(mesh_at(d, 0)), 2);
     assert_int_equal(mesh_triangle_count(mesh_at(d, 1)), 2); /* the dart, cut without overlap */
     const mesh_desc *dart = mesh_at(d, 1);
@@ -531,16 +526,10 @@ static void obj_and_mtl(void **state) {
     assert_string_equal(clear->type->name, "dielectric");
     near(float_of(clear, "ior"), 1.4);
     const object *facets = named(d, CATEGORY_MATERIAL, "facets");
-    if (strcmp(facets->type->name, "lambert") == 0) {
-        /* libassimp before 5.3 does not read Pr and Pm of MTL */
-        assert_true(aiGetVersionMajor() * 100 + aiGetVersionMinor() < 503);
-        printf("NOT TESTED: Pr and Pm of MTL, which this libassimp does not read\n");
-    } else {
-        assert_string_equal(facets->type->name, "principled");
-        near3(input_of(facets, "base_color").value, 0.5, 0.25, 0);
-        near((double)input_of(facets, "metallic").value.x, 1);
-        near((double)input_of(facets, "roughness").value.x, 0.25);
-    }
+    assert_string_equal(facets->type->name, "principled");
+    near3(input_of(facets, "base_color").value, 0.5, 0.25, 0);
+    near((double)input_of(facets, "metallic").value.x, 1);
+    near((double)input_of(facets, "roughness").value.x, 0.25);
     description_destroy(d);
 }
 
@@ -571,16 +560,7 @@ static void ply_and_stl(void **state) {
     unlink(scratch);
 }
 
-#endif
-
 /* ---- hostile bytes ---- */
-
-static uint64_t random_next(uint64_t *state) { /* xorshift64* */
-    *state ^= *state >> 12;
-    *state ^= *state << 25;
-    *state ^= *state >> 27;
-    return *state * 2685821657736338717u;
-}
 
 static uint8_t *read_data(const char *name, size_t *size) {
     uint8_t *data;
@@ -610,21 +590,6 @@ static void truncated_files_give_errors(void **state) {
         free(data);
     }
     unlink(scratch);
-}
-
-static void mutate(uint8_t *data, size_t size, uint64_t *seed) {
-    static const char *const words[] = {"-1",   "0",  "1e308", "99999999999",
-                                        "null", "[]", "{}",    "5121"};
-    for (uint64_t n = 1 + random_next(seed) % 4; n > 0; n--) {
-        size_t at = random_next(seed) % size;
-        if (random_next(seed) % 2) {
-            data[at] = (uint8_t)random_next(seed);
-            continue;
-        }
-        const char *word = words[random_next(seed) % 8];
-        size_t length = strlen(word);
-        if (at + length <= size) memcpy(data + at, word, length);
-    }
 }
 
 static size_t mutant_count(void) { return getenv("SNELL_FULL") ? 100000 : 5000; }
@@ -757,10 +722,8 @@ int main(void) {
         cmocka_unit_test(losses_are_said),
         cmocka_unit_test(images_are_decoded),
         cmocka_unit_test(sizes_of_images_are_limited),
-#if SNELL_HAS_ASSIMP
         cmocka_unit_test(obj_and_mtl),
         cmocka_unit_test(ply_and_stl),
-#endif
         cmocka_unit_test(truncated_files_give_errors),
         cmocka_unit_test(mutants_of_gltf_do_no_harm),
         cmocka_unit_test(mutants_of_images_do_no_harm),

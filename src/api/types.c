@@ -88,10 +88,10 @@ const char *snell_formats(uint32_t index, const char **help) {
         {".lua", "a scene program"},
         {".gltf", "glTF 2.0, with its buffers and images beside it"},
         {".glb", "glTF 2.0 in one file"},
-#if SNELL_HAS_ASSIMP
         {".obj", "Wavefront, with its .mtl"},
         {".ply", "Stanford polygons"},
         {".stl", "stereolithography; z is up"},
+#if SNELL_HAS_ASSIMP
         {".fbx", "Autodesk FBX"},
         {".dae", "COLLADA"},
         {".3ds", "3D Studio"},

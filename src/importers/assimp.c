@@ -1,4 +1,4 @@
-/* OBJ with MTL, PLY, STL and what else libassimp reads, through its C interface. */
+/* FBX, COLLADA and what else libassimp reads, through its C interface. */
 #include <assimp/cfileio.h>
 #include <assimp/cimport.h>
 #include <assimp/config.h>
@@ -44,7 +44,6 @@ typedef struct file_system {
     reader *reader;
     uint8_t *data; /* of the scene file */
     size_t size;
-    bool library_missing; /* a material library could not be opened: said once */
 } file_system;
 
 static memory_file *file_of(struct aiFile *file) { return (memory_file *)(void *)file->UserData; }
@@ -91,17 +90,6 @@ static snell_status read_beside(const reader *r, const char *path, uint8_t **dat
     return import_read_beside(r->path, name, r->options, data, size);
 }
 
-static bool is_library(const char *path) {
-    size_t length = strlen(path);
-    return length >= 4 && strcmp(path + length - 4, ".mtl") == 0;
-}
-
-static void note_missing_library(file_system *fs, const char *path) {
-    if (fs->library_missing || !is_library(path)) return;
-    fs->library_missing = true;
-    reader_warn(fs->reader, "%s; its materials are grey", error_last()->text);
-}
-
 static struct aiFile *fs_open(struct aiFileIO *io, const char *path, const char *mode) {
     file_system *fs = (file_system *)(void *)io->UserData;
     if (strchr(mode, 'w') || strchr(mode, 'a') || strchr(mode, '+')) return NULL;
@@ -111,9 +99,7 @@ static struct aiFile *fs_open(struct aiFileIO *io, const char *path, const char 
         f->data = fs->data, f->size = fs->size;
     } else if (read_beside(fs->reader, path, &f->owned, &f->size) == SNELL_OK) {
         f->data = f->owned;
-        if (is_library(path)) mtl_repair(f->owned, f->size);
     } else {
-        note_missing_library(fs, path);
         free(f);
         return NULL;
     }
@@ -132,10 +118,6 @@ static void fs_close(struct aiFileIO *io, struct aiFile *file) {
 /* ---- the importer ---- */
 
 extern const importer importer_assimp;
-
-static bool is(const reader *r, const char *extension) {
-    return strcmp(r->extension, extension) == 0;
-}
 
 /* libassimp's message, shortened, without line ends, the kind of file (which ours names) and the
  * full stop. */
@@ -173,12 +155,10 @@ static snell_status reading_failed(const reader *r) {
         "cannot read the %s file: %s", kind[0] ? kind : "model", text[0] ? text : "it is broken");
 }
 
-/* Where a format has no normals, faces that meet at less than 60 degrees are smooth. STL describes
- * solids by flat facets: they stay flat. */
+/* Where a format has no normals, faces that meet at less than 60 degrees are smooth. */
 static const struct aiScene *import_once(const reader *r, file_system *fs, bool validate) {
-    unsigned flags = aiProcess_Triangulate;
+    unsigned flags = aiProcess_Triangulate | aiProcess_GenSmoothNormals;
     if (validate) flags |= aiProcess_ValidateDataStructure | aiProcess_SortByPType;
-    if (!is(r, ".stl")) flags |= aiProcess_GenSmoothNormals;
     struct aiPropertyStore *store = aiCreatePropertyStore();
     if (store == NULL) return NULL;
     aiSetImportPropertyFloat(store, AI_CONFIG_PP_GSN_MAX_SMOOTHING_ANGLE, 60);
@@ -204,7 +184,7 @@ static snell_status fill(reader *r) {
     if (r->materials == NULL || r->shapes == NULL) return error_no_memory();
     snell_status status = reader_read_materials(r);
     if (!status) status = reader_read_meshes(r);
-    if (!status && (scene->mNumCameras > 0 || scene->mNumLights > 0) && !is(r, ".obj"))
+    if (!status && (scene->mNumCameras > 0 || scene->mNumLights > 0))
         status = reader_warn(r, "cameras and lights of this format are not read yet");
     if (!status && scene->mNumAnimations > 0)
         status = reader_warn(r, "%u animation%s: the model is shown at rest", scene->mNumAnimations,
@@ -212,27 +192,14 @@ static snell_status fill(reader *r) {
     return status;
 }
 
-static bool begins(const uint8_t *data, size_t size, const char *word) {
-    size_t length = strlen(word);
-    return size > length && memcmp(data, word, length) == 0;
-}
-
-/* libassimp goes by the extension: by the one that was asked for, else the file's own, else the one
- * that its content says. */
-static snell_status choose_reader(reader *r, const uint8_t *data, size_t size) {
+/* libassimp goes by the extension: by the one that was asked for, else the file's own. */
+static snell_status choose_reader(reader *r) {
     const char *asked = r->options->format;
     char named[16];
     import_extension(r->path, named, sizeof named);
     snprintf(r->extension, sizeof r->extension, "%s", named);
-    bool own = aiIsExtensionSupported(r->extension) == AI_TRUE && r->extension[0] == '.';
     if (asked && strcmp(asked, importer_assimp.name) != 0)
         snprintf(r->extension, sizeof r->extension, ".%.14s", asked);
-    else if (begins(data, size, "ply\n") || begins(data, size, "ply\r"))
-        snprintf(r->extension, sizeof r->extension, ".ply");
-    else if (!own && begins(data, size, "solid"))
-        snprintf(r->extension, sizeof r->extension, ".stl");
-    else if (!own && obj_recognise(data, size))
-        snprintf(r->extension, sizeof r->extension, ".obj");
     size_t length = strlen(r->path) + sizeof r->extension;
     r->shown = malloc(length);
     if (r->shown == NULL) return error_no_memory();
@@ -247,10 +214,7 @@ static snell_status assimp_read(const char *path, const import_options *options,
     fs.calls = (struct aiFileIO){fs_open, fs_close, (char *)(void *)&fs};
     snell_status status = import_read_file(path, NULL, options, &fs.data, &fs.size);
     if (!status && fs.size == 0) status = error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
-    if (!status) status = choose_reader(&r, fs.data, fs.size);
-    bool ply = is(&r, ".ply") || (fs.size >= 3 && memcmp(fs.data, "ply", 3) == 0);
-    if (!status && ply) status = ply_check(fs.data, fs.size);
-    if (!status && is(&r, ".obj")) status = obj_repair(&fs.data, &fs.size);
+    if (!status) status = choose_reader(&r);
     if (!status) {
         r.scene = import_scene(&r, &fs);
         status = r.scene ? fill(&r) : reading_failed(&r);
@@ -270,17 +234,14 @@ static snell_status assimp_read(const char *path, const import_options *options,
 }
 
 static bool assimp_recognise(const char *extension, const uint8_t *first, size_t size) {
-    if (size >= 4 && (memcmp(first, "ply\n", 4) == 0 || memcmp(first, "ply\r", 4) == 0))
-        return true;
-    if (size >= 6 && memcmp(first, "solid ", 6) == 0) return true;
-    if (extension[0] == '.' && aiIsExtensionSupported(extension) == AI_TRUE) return true;
-    return strcmp(extension, ".lua") != 0 && obj_recognise(first, size);
+    (void)first, (void)size;
+    return extension[0] == '.' && aiIsExtensionSupported(extension) == AI_TRUE;
 }
 
 const importer importer_assimp = {
     .name = "assimp",
-    .extensions = ".obj .ply .stl .fbx .dae .3ds .x3d .off .blend .dxf .lwo .ms3d .x .ac .3mf",
-    .help = "OBJ, PLY, STL and what else libassimp reads",
+    .extensions = ".fbx .dae .3ds .x3d .off .blend .dxf .lwo .ms3d .x .ac .3mf",
+    .help = "what else libassimp reads",
     .recognise = assimp_recognise,
     .read = assimp_read,
 };

@@ -1,4 +1,4 @@
-/* Materials of OBJ's MTL and of what else libassimp reads; docs/formats.md has the table. */
+/* Materials of what libassimp reads; docs/formats.md has the table. */
 #include <assimp/cimport.h>
 #include <assimp/material.h>
 
@@ -102,9 +102,8 @@ typedef struct look {
     snell_input color, specular, alpha, emission;
     bool has_alpha;
     double exponent, ior;
-    bool has_facets; /* MTL has Pr or Pm */
+    bool has_facets; /* a roughness or metalness */
     double roughness, metallic, clearcoat, clearcoat_roughness;
-    int illum; /* of MTL; -1: another format */
 } look;
 
 enum { PARAMS_MAX = 10 };
@@ -120,13 +119,11 @@ static void add_float(params *p, const char *name, double value) {
     p->list[p->count++] = (snell_param){name, SNELL_PARAM_FLOAT, {.f = value}};
 }
 
-static snell_status add(reader *r, const look *k, const char *type, params *p, bool named,
-                        uint32_t *out) {
+static snell_status add(reader *r, const look *k, const char *type, params *p, uint32_t *out) {
     if (vec3_largest(k->emission.value) > 0) add_input(p, "emission", k->emission);
     if (k->has_alpha) add_input(p, "alpha", k->alpha);
     char name[NAME_MAX_SIZE];
-    snell_status status =
-        names_make_unique(&r->names, CATEGORY_MATERIAL, named ? k->name : NULL, name);
+    snell_status status = names_make_unique(&r->names, CATEGORY_MATERIAL, k->name, name);
     if (status) return status;
     object_source source = {name[0] ? name : NULL, r->path, 0};
     status = description_add(r->d, CATEGORY_MATERIAL, type, p->list, p->count, source, out);
@@ -136,53 +133,21 @@ static snell_status add(reader *r, const look *k, const char *type, params *p, b
 static snell_status add_lambert(reader *r, const look *k, uint32_t *out) {
     params p = {.count = 0};
     add_input(&p, "color", k->color);
-    return add(r, k, "lambert", &p, true, out);
+    return add(r, k, "lambert", &p, out);
 }
 
-/* MTL adds Kd (n.l) and Ks (n.h)^Ns under the same light; our diffuse term is Kd / pi, so k_s = Ks
+/* These formats add Kd (n.l) and Ks (n.h)^Ns under the same light; our diffuse term is Kd / pi, so k_s = Ks
  * / pi keeps their proportion. */
-static snell_status add_glossy(reader *r, const look *k, bool named, uint32_t *out) {
+static snell_status add_glossy(reader *r, const look *k, uint32_t *out) {
     params p = {.count = 0};
     snell_input specular = k->specular;
     specular.value = vec3_scale(specular.value, (float)(1 / PI));
     add_input(&p, "color", k->color);
     add_input(&p, "specular", specular);
     add_float(&p, "exponent", k->exponent);
-    return add(r, k, "blinn_phong", &p, named, out);
+    return add(r, k, "blinn_phong", &p, out);
 }
 
-static snell_status add_mirror(reader *r, const look *k, uint32_t *out) {
-    params p = {.count = 0};
-    add_input(&p, "color", k->specular);
-    return add(r, k, "mirror", &p, true, out);
-}
-
-static snell_status add_glazed(reader *r, const look *k, bool fresnel, uint32_t *out) {
-    look under = *k;
-    under.has_alpha = false;
-    under.emission.value = (snell_vec3){0, 0, 0};
-    uint32_t base;
-    snell_status status = add_glossy(r, &under, false, &base);
-    if (status) return status;
-    params p = {.count = 0};
-    snell_material_id id = {base + 1, r->d->objects[CATEGORY_MATERIAL].items[base].generation};
-    p.list[p.count++] = (snell_param){"base", SNELL_PARAM_MATERIAL, {.material = id}};
-    if (fresnel)
-        add_float(&p, "ior", k->ior);
-    else
-        add_input(&p, "reflectance", k->specular);
-    return add(r, k, "glazed", &p, true, out);
-}
-
-static snell_status add_glass(reader *r, const look *k, uint32_t *out) {
-    look clear = *k;
-    clear.has_alpha = false; /* d says that light passes, which glass does anyway */
-    params p = {.count = 0};
-    add_float(&p, "ior", k->ior);
-    return add(r, &clear, "dielectric", &p, true, out);
-}
-
-/* Pr, Pm, Pc, Pcr: the extension of MTL by exporters of physically based materials. */
 static snell_status add_principled(reader *r, const look *k, uint32_t *out) {
     params p = {.count = 0};
     add_input(&p, "base_color", k->color);
@@ -191,7 +156,7 @@ static snell_status add_principled(reader *r, const look *k, uint32_t *out) {
     add_float(&p, "ior", k->ior);
     add_float(&p, "clearcoat", k->clearcoat);
     add_float(&p, "clearcoat_roughness", k->clearcoat_roughness);
-    return add(r, k, "principled", &p, true, out);
+    return add(r, k, "principled", &p, out);
 }
 
 static bool has_float(const struct aiMaterial *m, const char *key) {
@@ -207,25 +172,10 @@ static void read_facets(const struct aiMaterial *m, look *k) {
     k->clearcoat_roughness = limited(get_float(m, "$mat.clearcoat.roughnessFactor", 0), 0, 1);
 }
 
-static bool is_glass(int illum) { return illum == 4 || illum == 6 || illum == 7 || illum == 9; }
-
-/* The illumination models of MTL (Wavefront, "Materials", 1995). */
-static snell_status add_by_illum(reader *r, const look *k, uint32_t *out) {
+static snell_status add_by_look(reader *r, const look *k, uint32_t *out) {
     bool shiny = vec3_largest(k->specular.value) > 0 && k->exponent > 0;
-    bool black = !k->color.texture.index1 && !(vec3_largest(k->color.value) > 0);
-    if (k->has_facets && !is_glass(k->illum)) return add_principled(r, k, out);
-    switch (k->illum) {
-    case 0:
-    case 1:
-    case 10: return add_lambert(r, k, out);
-    case 3: return black ? add_mirror(r, k, out) : add_glazed(r, k, false, out);
-    case 5: return add_glazed(r, k, true, out);
-    case 4:
-    case 6:
-    case 7:
-    case 9: return add_glass(r, k, out);
-    default: return shiny ? add_glossy(r, k, true, out) : add_lambert(r, k, out);
-    }
+    if (k->has_facets) return add_principled(r, k, out);
+    return shiny ? add_glossy(r, k, out) : add_lambert(r, k, out);
 }
 
 static snell_status read_alpha(reader *r, const struct aiMaterial *m, look *k) {
@@ -254,10 +204,9 @@ static snell_status warn_of_losses(reader *r, const struct aiMaterial *m) {
 
 static snell_status read_material(reader *r, const struct aiMaterial *m, uint32_t *out) {
     struct aiString name = {0};
-    look k = {.illum = -1};
+    look k = {0};
     if (aiGetMaterialString(m, AI_MATKEY_NAME, &name) == aiReturn_SUCCESS) k.name = name.data;
     if (k.name == NULL) k.name = "";
-    aiGetMaterialIntegerArray(m, "$mat.illum", 0, 0, &k.illum, NULL);
     snell_status status = find_texture(r, m, aiTextureType_DIFFUSE, MAP_COLOR, &k.color.texture);
     if (!status && !k.color.texture.index1)
         status = find_texture(r, m, aiTextureType_BASE_COLOR, MAP_COLOR, &k.color.texture);
@@ -274,7 +223,7 @@ static snell_status read_material(reader *r, const struct aiMaterial *m, uint32_
     double ior = get_float(m, "$mat.refracti", 1.5);
     k.ior = ior > 1 && ior <= 10 ? ior : 1.5;
     read_facets(m, &k);
-    return add_by_illum(r, &k, out);
+    return add_by_look(r, &k, out);
 }
 
 snell_status reader_read_materials(reader *r) {

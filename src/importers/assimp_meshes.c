@@ -5,7 +5,6 @@
 
 #include "base/memory.h"
 #include "geometry/mesh.h"
-#include "image/srgb.h"
 #include "importers/assimp_reader.h"
 #include "importers/up.h"
 
@@ -41,18 +40,11 @@ static snell_vec3 *copy_vectors(const struct aiVector3D *in, size_t count) {
 
 static float positive(double value) { return value > 0 && value < 1e6 ? (float)value : 0; }
 
-/* Colours of vertices in PLY, OBJ and STL are what one sees, as bytes of images are: sRGB. Other
- * formats hold them linear. */
-static snell_vec3 *copy_colors(const reader *r, const struct aiColor4D *in, size_t count) {
-    bool encoded = strcmp(r->extension, ".ply") == 0 || strcmp(r->extension, ".obj") == 0 ||
-                   strcmp(r->extension, ".stl") == 0;
+static snell_vec3 *copy_colors(const struct aiColor4D *in, size_t count) {
     snell_vec3 *out = memory_resize(NULL, count + 1, sizeof *out);
-    for (size_t i = 0; out && i < count; i++) {
-        double c[] = {(double)in[i].r, (double)in[i].g, (double)in[i].b};
-        out[i] =
-            encoded ? (snell_vec3){srgb_to_linear(c[0]), srgb_to_linear(c[1]), srgb_to_linear(c[2])}
-                    : (snell_vec3){positive(c[0]), positive(c[1]), positive(c[2])};
-    }
+    for (size_t i = 0; out && i < count; i++)
+        out[i] = (snell_vec3){positive((double)in[i].r), positive((double)in[i].g),
+                              positive((double)in[i].b)};
     return out;
 }
 
@@ -99,14 +91,13 @@ static snell_status read_mesh(reader *r, const struct aiMesh *m, uint32_t *shape
     if (m->mVertices == NULL || m->mFaces == NULL) return SNELL_OK;
     size_t count = m->mNumVertices, index_count = 0;
     arrays a = {0};
-    bool flat = strcmp(r->extension, ".stl") == 0;
     snell_status status = copy_indices(m, &a.indices, &index_count);
     if (!status && index_count > 0) {
         a.positions = copy_vectors(m->mVertices, count);
         bool failed = a.positions == NULL;
-        if (m->mNormals && !flat) failed |= (a.normals = copy_vectors(m->mNormals, count)) == NULL;
+        if (m->mNormals) failed |= (a.normals = copy_vectors(m->mNormals, count)) == NULL;
         clear_nans(a.normals, count);
-        if (m->mColors[0]) failed |= (a.colors = copy_colors(r, m->mColors[0], count)) == NULL;
+        if (m->mColors[0]) failed |= (a.colors = copy_colors(m->mColors[0], count)) == NULL;
         if (m->mTextureCoords[0]) {
             a.uvs = memory_resize(NULL, count + 1, sizeof *a.uvs);
             failed |= a.uvs == NULL;
@@ -175,8 +166,7 @@ snell_status reader_read_meshes(reader *r) {
         status = read_mesh(r, scene->mMeshes[i], &r->shapes[i]);
     if (status) return status;
     transform up;
-    if (!import_up_rotation(r->options->up, &up) && strcmp(r->extension, ".stl") == 0)
-        import_up_rotation("z", &up);
+    import_up_rotation(r->options->up, &up);
     if (scene->mRootNode) status = draw_tree(r, scene->mRootNode, &up, 0);
     if (!status && r->instance_count == 0)
         return error_set(SNELL_ERR_SYNTAX, NULL, "the file has no surfaces%s",

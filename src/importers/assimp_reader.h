@@ -3,7 +3,6 @@
  *     assimp.c            the importer, and the files that libassimp may open
  *     assimp_materials.c  materials and textures
  *     assimp_meshes.c     meshes and the node tree
- *     assimp_text.c       what its OBJ reader stumbles over, put right before it sees it
  *
  * libassimp has known faults on hostile files: this code must run in the helper process only. */
 #ifndef SNELL_IMPORTERS_ASSIMP_READER_H
@@ -25,7 +24,7 @@ typedef struct reader {
     const import_options *options;
     description *d;
     const struct aiScene *scene;
-    char extension[16];  /* ".obj" */
+    char extension[16];  /* ".fbx" */
     char *shown;         /* path with the extension by which libassimp chooses its reader; owned */
     uint32_t *materials; /* per material of the scene: index in the description */
     uint32_t *shapes;    /* per mesh; NO_SHAPE: not drawn */
@@ -40,11 +39,5 @@ snell_status reader_warn(reader *r, const char *format, ...) PRINTF_LIKE(2, 3);
 snell_status reader_blame(const reader *r, const char *what, snell_status status);
 snell_status reader_read_materials(reader *r);
 snell_status reader_read_meshes(reader *r);
-/* *text is owned and may be replaced. */
-snell_status obj_repair(uint8_t **text, size_t *size);
-snell_status ply_check(const uint8_t *text, size_t size);
-/* Do these first bytes of a text look like OBJ? */
-bool obj_recognise(const uint8_t *first, size_t size);
-void mtl_repair(uint8_t *text, size_t size);
 
 #endif

@@ -31,6 +31,7 @@ typedef struct run {
 
 typedef struct obj {
     const char *path, *text, *at, *end; /* *end is 0 */
+    const char *lines;                  /* the same before its lines were joined, for places */
     const import_options *options;
     description *d;
     name_set names;
@@ -57,18 +58,22 @@ typedef struct obj {
 
 /* ---- errors ---- */
 
-static snell_status wrong(const obj *o, const char *at, const char *what) {
-    return error_set_at(SNELL_ERR_SYNTAX, text_place(o->path, o->text, at), NULL, "OBJ: %s", what);
+static source_place place_of(const obj *o, const char *at) {
+    return text_place(o->path, o->lines, o->lines + (at - o->text));
 }
 
-static uint32_t line_of(const obj *o, const char *at) { return text_place(o->path, o->text, at).line; }
+static snell_status wrong(const obj *o, const char *at, const char *what) {
+    return error_set_at(SNELL_ERR_SYNTAX, place_of(o, at), NULL, "OBJ: %s", what);
+}
+
+static uint32_t line_of(const obj *o, const char *at) { return place_of(o, at).line; }
 
 static snell_status wrong_word(const obj *o, const char *at, const char *what) {
     int length = 0;
     while (length < 40 && (unsigned char)at[length] > ' ') length++;
     if (length == 0) return wrong(o, at, "the line ends where a number should be");
-    return error_set_at(SNELL_ERR_SYNTAX, text_place(o->path, o->text, at), NULL,
-                        "OBJ: '%.*s' is no %s", length, at, what);
+    return error_set_at(SNELL_ERR_SYNTAX, place_of(o, at), NULL, "OBJ: '%.*s' is no %s", length, at,
+                        what);
 }
 
 /* ---- lines and words ---- */
@@ -723,6 +728,7 @@ static bool prepare_text(obj *o, size_t *size, char **copy) {
         text = *copy;
     }
     if (marked) text += 3, *size -= 3;
+    o->lines = text;
     if (old || has_continuation(text, *size)) {
         if (*copy == NULL) {
             *copy = memory_resize(NULL, *size + 1, 1);

@@ -558,7 +558,7 @@ static snell_status read_strips(ply *p, const element *e, uint64_t row, const pr
         if (length >= 2) {
             uint32_t *to = polygons_add(&p->faces, 3);
             if (to == NULL) return error_no_memory();
-            to[0] = last[length % 2], to[1] = last[1 - length % 2], to[2] = (uint32_t)index;
+            to[0] = last[0], to[1] = last[1], to[2] = (uint32_t)index; /* so it faces one way */
         }
         last[length++ % 2] = (uint32_t)index;
     }

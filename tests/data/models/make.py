@@ -222,7 +222,8 @@ def skin_and_morph():
 def others():
     write("quad.obj", b"# two triangles, a texture, a concave polygon\nmtllib quad.mtl\no quad\n"
           b"v .0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.25 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
-          b"usemtl painted\nf 1/1 2/2 3/3 4/4\no dart\nusemtl shiny\nf 1 2 3 5\no glass\nusemtl clear\nf -5 -4 -3\n")
+          b"usemtl painted\nf 1/1 2/2 3/3 4/4\no dart\nusemtl shiny\nf 1 2 3 5\no glass\nusemtl clear\nf -5 -4 -3\n"
+          b"o facets\nusemtl facets\nf 1 2 3\n")
     write("quad.mtl", b"newmtl painted\nKd 1 1 1\nillum 1\nmap_Kd textures\\grey.png\naniso 0.5\n"
           b"newmtl shiny\nKd 0.2 0.4 0.6\nKs 0.5 0.5 0.5\nNs 40\nillum 2\nd 0.5\n"
           b"newmtl clear\nKd 0 0 0\nNi 1.4\nillum 7\n"
@@ -239,6 +240,7 @@ def others():
           b"vertex 0 1 5\nendloop\nendfacet\nendsolid one\n")
     write("binary.stl", b"solid in name only".ljust(80) + struct.pack("<I", 1)
           + struct.pack("<12fH", 0, 0, 1, 0, 0, 5, 1, 0, 5, 0, 1, 5, 0))
+    write("tetrahedron.off", b"OFF\n4 4 6\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n")
     write("points.obj", b"v 0 0 0\nv 1 0 0\np 1 2\n")
 
 
