@@ -367,8 +367,9 @@ static void print_row(const row *r, bool json, bool last) {
     fflush(stdout);
 }
 
-static const char usage[] = "usage: bench-load [--triangles N] [--rounds N] [--folder DIR] [--keep] "
-                            "[--json] [glb|ply|ply-ascii|ply-bare|stl|stl-ascii|obj|obj-bare|FILE]...";
+static const char usage[] =
+    "usage: bench-load [--triangles N] [--rounds N] [--folder DIR] [--keep] "
+    "[--json] [glb|ply|ply-ascii|ply-bare|stl|stl-ascii|obj|obj-bare|FILE]...";
 
 typedef struct settings {
     uint64_t triangles, rounds;
@@ -417,7 +418,8 @@ int main(int count, char **arguments) {
         printf("{\"rounds\": %u, \"files\": [\n", (unsigned)s.rounds);
     else
         printf("%-10s %10s %9s %10s %10s%s\n", "", "file", "triangles", "snell", "peak",
-               SNELL_HAS_ASSIMP ? "  libassimp       peak   ratio [least, most]   of CPU time" : "");
+               SNELL_HAS_ASSIMP ? "  libassimp       peak   ratio [least, most]   of CPU time"
+                                : "");
     size_t total = i < count ? (size_t)(count - i) : FORMATS;
     for (size_t k = 0; k < total; k++) {
         row r = i < count ? measure_named(&s, arguments[(size_t)i + k]) : measure_format(&s, k);

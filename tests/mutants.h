@@ -32,7 +32,8 @@ static inline void mutate(uint8_t *data, size_t size, uint64_t *seed) {
 /* The same for texts: besides, pieces are doubled, left out or swapped. data has room for `room` bytes; returns
  * the new size. */
 static inline size_t mutate_text(uint8_t *data, size_t size, size_t room, uint64_t *seed) {
-    static const char *const words[] = {"nan", "-0", "/", "//", "\n", "\\\n", "1e-40", " 4294967296 "};
+    static const char *const words[] = {"nan", "-0",   "/",     "//",
+                                        "\n",  "\\\n", "1e-40", " 4294967296 "};
     if (random_next(seed) % 2) mutate(data, size, seed);
     for (uint64_t n = random_next(seed) % 3; n > 0; n--) {
         size_t at = random_next(seed) % size, length = random_next(seed) % 40;

@@ -122,10 +122,10 @@ static void failures_are_explained(void **state) {
 
 /* Those with nothing to draw, and those that are wrong. */
 static bool is_bad(const char *name) {
-    static const char *const names[] = {
-        "points.ply",      "point_cloud.obj",  "testline.obj",     "line-prim.obj",
-        "circle.obj",      "issue-356",        "test-nan.obj",     "invalid-relative",
-        "malformed.obj",   "crash-30d6d0f7c5", "payload_JVN42386607"};
+    static const char *const names[] = {"points.ply",       "point_cloud.obj",    "testline.obj",
+                                        "line-prim.obj",    "circle.obj",         "issue-356",
+                                        "test-nan.obj",     "invalid-relative",   "malformed.obj",
+                                        "crash-30d6d0f7c5", "payload_JVN42386607"};
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
         if (strstr(name, names[i])) return true;
     return false;

@@ -191,7 +191,9 @@ static void numbers_are_correctly_rounded(void **state) {
         float f = random_float(&seed), g = nextafterf(f, 1e30f);
         double middle = ((double)f + (double)g) / 2;
         switch (i % 5) {
-        case 0: snprintf(text, sizeof text, "%.*e", (int)(random_next(&seed) % 12), (double)f); break;
+        case 0:
+            snprintf(text, sizeof text, "%.*e", (int)(random_next(&seed) % 12), (double)f);
+            break;
         case 1:
             snprintf(text, sizeof text, "%.*f", (int)(random_next(&seed) % 9),
                      (double)(int64_t)random_next(&seed) * 0x1p-60);
@@ -202,16 +204,32 @@ static void numbers_are_correctly_rounded(void **state) {
                      (unsigned long long)(random_next(&seed) >> (random_next(&seed) % 64)),
                      (int)(random_next(&seed) % 90) - 50);
             break;
-        case 3: snprintf(text, sizeof text, "%.*g", (int)(8 + random_next(&seed) % 20), middle); break;
+        case 3:
+            snprintf(text, sizeof text, "%.*g", (int)(8 + random_next(&seed) % 20), middle);
+            break;
         default:
             f = (float)(random_next(&seed) >> 40) * 0x1p-20f;
             snprintf(text, sizeof text, "%.17g", ((double)f + (double)nextafterf(f, 1e30f)) / 2);
         }
         check_number(text);
     }
-    static const char *const odd[] = {"0", "-0", "+1", ".5", "-.5", "5.", "1e5", "1E+05", "1e", "1e+",
-                                      "000000000000000000000000000000001.5", "1e400", "-1e400",
-                                      "1e-400", "16777217", "3.4028235677973366e38", "7.1e-46"};
+    static const char *const odd[] = {"0",
+                                      "-0",
+                                      "+1",
+                                      ".5",
+                                      "-.5",
+                                      "5.",
+                                      "1e5",
+                                      "1E+05",
+                                      "1e",
+                                      "1e+",
+                                      "000000000000000000000000000000001.5",
+                                      "1e400",
+                                      "-1e400",
+                                      "1e-400",
+                                      "16777217",
+                                      "3.4028235677973366e38",
+                                      "7.1e-46"};
     for (size_t i = 0; i < sizeof odd / sizeof odd[0]; i++) check_number(odd[i]);
     static const char *const none[] = {"", "-", ".", "nan", "inf", "e5", "-.", "+e1"};
     float unused;
@@ -221,8 +239,7 @@ static void numbers_are_correctly_rounded(void **state) {
 
 /* ---- PLY ---- */
 
-#define PLY(format, vertices, faces)                                                               \
-    "ply\nformat " format " 1.0\n" vertices faces "end_header\n"
+#define PLY(format, vertices, faces) "ply\nformat " format " 1.0\n" vertices faces "end_header\n"
 #define XYZ(n) "element vertex " #n "\nproperty float x\nproperty float y\nproperty float z\n"
 #define FACES(n) "element face " #n "\nproperty list uchar int vertex_indices\n"
 
@@ -233,19 +250,57 @@ static size_t write_square(char *out, int type, int format) {
     static const char *const formats[] = {"ascii", "binary_little_endian", "binary_big_endian"};
     static const int sizes[] = {1, 1, 2, 2, 4, 4, 4, 8};
     size_t used = (size_t)sprintf(
-        out, "ply\r\nformat %s 1.0\r\ncomment a square\r\nelement strange 2\r\nproperty list uchar %s "
-             "things\r\nelement vertex 4\r\nproperty %s nx\r\nproperty %s ny\r\nproperty %s z\r\n"
-             "property %s y\r\nproperty %s nz\r\nproperty %s x\r\nproperty %s t\r\nproperty %s s\r\n"
-             "element face 1\r\nproperty %s quality\r\nproperty list %s %s vertex_index\r\n"
-             "end_header\r\n",
+        out,
+        "ply\r\nformat %s 1.0\r\ncomment a square\r\nelement strange 2\r\nproperty list uchar %s "
+        "things\r\nelement vertex 4\r\nproperty %s nx\r\nproperty %s ny\r\nproperty %s z\r\n"
+        "property %s y\r\nproperty %s nz\r\nproperty %s x\r\nproperty %s t\r\nproperty %s s\r\n"
+        "element face 1\r\nproperty %s quality\r\nproperty list %s %s vertex_index\r\n"
+        "end_header\r\n",
         formats[format], types[type], types[type], types[type], types[type], types[type],
-        types[type], types[type], types[type], types[type], types[type],
-        types[type < 6 ? type : 4], types[type < 6 ? type : 4]);
-    static const double rows[] = {/* strange: */ 2, 7, 8, 0,
-                                  /* nx ny z y nz x t s */ 0, 0, 5, 0, 1, 0, 0, 0,
-                                  0, 0, 5, 0, 1, 2, 0, 1, 0, 0, 5, 3, 1, 2, 1, 1,
-                                  0, 0, 5, 3, 1, 0, 1, 0,
-                                  /* face: */ 9, 4, 0, 1, 2, 3};
+        types[type], types[type], types[type], types[type], types[type], types[type < 6 ? type : 4],
+        types[type < 6 ? type : 4]);
+    static const double rows[] = {/* strange: */ 2,
+                                  7,
+                                  8,
+                                  0,
+                                  /* nx ny z y nz x t s */ 0,
+                                  0,
+                                  5,
+                                  0,
+                                  1,
+                                  0,
+                                  0,
+                                  0,
+                                  0,
+                                  0,
+                                  5,
+                                  0,
+                                  1,
+                                  2,
+                                  0,
+                                  1,
+                                  0,
+                                  0,
+                                  5,
+                                  3,
+                                  1,
+                                  2,
+                                  1,
+                                  1,
+                                  0,
+                                  0,
+                                  5,
+                                  3,
+                                  1,
+                                  0,
+                                  1,
+                                  0,
+                                  /* face: */ 9,
+                                  4,
+                                  0,
+                                  1,
+                                  2,
+                                  3};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         bool is_count = i == 0 || i == 3;
         int kind = is_count ? 1 : i >= 37 && type >= 6 ? 4 : type, size = sizes[kind];
@@ -301,10 +356,11 @@ static void ply_has_every_type_and_encoding(void **state) {
 
 static void ply_strips_colors_and_smoothness(void **state) {
     (void)state;
-    description *d = load_text(
-        "strip.ply", PLY("ascii", XYZ(5), "element tristrips 1\nproperty list int int "
-                                          "vertex_indices\n") "0 0 0 1 0 0 0 1 0 1 1 0 0 2 0\n"
-                                                              "8 0 1 2 3 -1 2 3 4\n");
+    description *d =
+        load_text("strip.ply", PLY("ascii", XYZ(5),
+                                   "element tristrips 1\nproperty list int int "
+                                   "vertex_indices\n") "0 0 0 1 0 0 0 1 0 1 1 0 0 2 0\n"
+                                                       "8 0 1 2 3 -1 2 3 4\n");
     static const uint32_t strip[] = {0, 1, 2, 2, 1, 3, 2, 3, 4};
     assert_int_equal(mesh_at(d, 0)->indices_count, 9);
     assert_memory_equal(mesh_at(d, 0)->indices, strip, sizeof strip);
@@ -330,8 +386,9 @@ static void faces_that_meet_under_60_degrees_are_smooth(void **state) {
     for (int i = 0; i < 4; i++) {
         char text[1000];
         double half = angles[i] / 2 * 3.14159265358979 / 180;
-        sprintf(text, PLY("ascii", XYZ(6), FACES(2)) "-1 %.9g 0\n-1 %.9g 1\n0 0 0\n0 0 1\n1 %.9g 0\n"
-                                                     "1 %.9g 1\n4 0 1 3 2\n4 2 3 5 4\n",
+        sprintf(text,
+                PLY("ascii", XYZ(6), FACES(2)) "-1 %.9g 0\n-1 %.9g 1\n0 0 0\n0 0 1\n1 %.9g 0\n"
+                                               "1 %.9g 1\n4 0 1 3 2\n4 2 3 5 4\n",
                 -tan(half), -tan(half), -tan(half), -tan(half));
         description *d = load_text("roof.ply", text);
         const mesh_desc *m = mesh_at(d, 0);
@@ -367,14 +424,15 @@ static void what_is_wrong_in_ply_has_a_place(void **state) {
     refused("a.ply", PLY("ascii", XYZ(3), FACES(0)) "0 0 0\n1 0 0\n0 1 0\n", 0, 0, "only points");
     refused("a.ply", PLY("binary_little_endian", XYZ(4000000000), FACES(1)) "0123456789ab", 0, 0,
             "the file ends before vertex 2 of 4000000000");
-    refused("a.ply", PLY("ascii", "element vertex 1\nproperty float x\n", FACES(1)) "0 3 0 0 0\n", 8,
-            1, "no x, y and z");
+    refused("a.ply", PLY("ascii", "element vertex 1\nproperty float x\n", FACES(1)) "0 3 0 0 0\n",
+            8, 1, "no x, y and z");
 }
 
 /* ---- STL ---- */
 
-#define FACET(z) "facet normal 0 0 1\nouter loop\nvertex 0 0 " #z "\nvertex 1 0 " #z                \
-                 "\nvertex 0 1 " #z "\nendloop\nendfacet\n"
+#define FACET(z)                                                                                   \
+    "facet normal 0 0 1\nouter loop\nvertex 0 0 " #z "\nvertex 1 0 " #z "\nvertex 0 1 " #z         \
+    "\nendloop\nendfacet\n"
 
 static size_t write_stl(char *out, const char *header, uint32_t count, const uint16_t *attributes) {
     memset(out, ' ', 80);
@@ -390,8 +448,10 @@ static size_t write_stl(char *out, const char *header, uint32_t count, const uin
 
 static void stl_dialects(void **state) {
     (void)state;
-    description *d = load_text("two.stl", "solid a thing\n" FACET(0) "endsolid a thing\r\nsolid none\n"
-                                          "endsolid none\nSOLID b\n" FACET(1) FACET(2) "ENDSOLID");
+    description *d =
+        load_text("two.stl", "solid a thing\n" FACET(0) "endsolid a thing\r\nsolid none\n"
+                                                        "endsolid none\nSOLID b\n" FACET(1)
+                                                            FACET(2) "ENDSOLID");
     assert_int_equal(d->instance_count, 2);
     assert_string_equal(d->instances[0].name, "a thing");
     assert_string_equal(d->instances[1].name, "b");
@@ -503,11 +563,13 @@ static void obj_smoothing(void **state) {
 /* One mesh with a slot a triangle; glass and lamps apart; objects by their names, groups where there are none. */
 static void obj_objects_and_materials(void **state) {
     (void)state;
-    put("m.mtl", "newmtl red\nKd 1 0 0\nnewmtl with blanks\nKd 0 1 0\nnewmtl glass\nillum 7\nNi 1.3\n"
-                 "Tf 0.25 1 1\nnewmtl lamp\nKe 5 5 5\nnewmtl unused\nmap_Kd none.png\n");
-    description *d = load_text("o.obj", "mtllib m.mtl\n" SQUARE "g ignored\nf 1 2 3\nusemtl red\nf 1 2 3\n"
-                                        "usemtl with blanks\nf 1 2 3 4\nusemtl glass\nf 1 2 3\nusemtl "
-                                        "red\nf 2 3 4\nusemtl lamp\nf 1 2 3\nusemtl nowhere\nf 1 2 4\n");
+    put("m.mtl",
+        "newmtl red\nKd 1 0 0\nnewmtl with blanks\nKd 0 1 0\nnewmtl glass\nillum 7\nNi 1.3\n"
+        "Tf 0.25 1 1\nnewmtl lamp\nKe 5 5 5\nnewmtl unused\nmap_Kd none.png\n");
+    description *d =
+        load_text("o.obj", "mtllib m.mtl\n" SQUARE "g ignored\nf 1 2 3\nusemtl red\nf 1 2 3\n"
+                           "usemtl with blanks\nf 1 2 3 4\nusemtl glass\nf 1 2 3\nusemtl "
+                           "red\nf 2 3 4\nusemtl lamp\nf 1 2 3\nusemtl nowhere\nf 1 2 4\n");
     assert_int_equal(d->instance_count, 3);
     const mesh_desc *m = mesh_at(d, 0);
     static const uint32_t slots[] = {0, 1, 2, 2, 1, 0};
@@ -536,8 +598,9 @@ static void obj_objects_and_materials(void **state) {
     assert_int_equal(mesh_at(d, 0)->indices_count, 6);
     description_destroy(d);
     put("two words.mtl", "newmtl a\nKd 1 1 1\n");
-    d = load_text("o.obj", "mtllib two words.mtl\nmtllib gone.mtl m.mtl\n" SQUARE "usemtl a\nf 1 2 3\n"
-                           "usemtl red\nf 1 2 4\n");
+    d = load_text("o.obj",
+                  "mtllib two words.mtl\nmtllib gone.mtl m.mtl\n" SQUARE "usemtl a\nf 1 2 3\n"
+                  "usemtl red\nf 1 2 4\n");
     material_of(d, "a");
     material_of(d, "red");
     assert_true(has_message(d, "cannot open 'gone.mtl'"));
@@ -591,7 +654,8 @@ static void every_illumination_model(void **state) {
         if (i == 15) near((double)input_of(m, "roughness").value.x, 0.25);
         description_destroy(d);
     }
-    description *d = load_material("newmtl m\nKd .5\nd 0.75\nTr 0.5\nKt 1 1 1\nKa 9 9 9\nsharpness 60\n");
+    description *d =
+        load_material("newmtl m\nKd .5\nd 0.75\nTr 0.5\nKt 1 1 1\nKa 9 9 9\nsharpness 60\n");
     near((double)input_of(material_of(d, "m"), "alpha").value.x, 0.75);
     near3(input_of(material_of(d, "m"), "color").value, 0.5, 0.5, 0.5);
     assert_true(has_message(d, "of materials is not used: Kt, sharpness"));
@@ -622,7 +686,8 @@ static void maps_and_their_options(void **state) {
     copy_texture("textures/grey.png", "grey.png");
     copy_texture("textures/grey_alpha.png", "with blank.png");
     description *d = load_material(
-        "newmtl m\nillum 2\nNs 20\nKd 0 0 0\nmap_Kd -s 2 3 1 -o 0.5 0.25 -clamp on C:\\art\\grey.png\n"
+        "newmtl m\nillum 2\nNs 20\nKd 0 0 0\nmap_Kd -s 2 3 1 -o 0.5 0.25 -clamp on "
+        "C:\\art\\grey.png\n"
         "map_Ks -blendu off grey.png\nmap_Ke grey.png\nmap_d with blank.png\nbump -bm 2 grey.png\n"
         "map_Ns grey.png\ndisp grey.png\n");
     const object *m = material_of(d, "m");
@@ -646,8 +711,9 @@ static void maps_and_their_options(void **state) {
     assert_true(has_message(d, "of materials is not used: map_Ns, disp"));
     assert_int_equal(d->message_count, 1);
     description_destroy(d);
-    d = load_material("newmtl m\nPr 1\nmap_Pr -imfchan g grey.png\nmap_Pm grey.png\nnorm -bm 3 grey.png\n"
-                      "map_Kd gone.png\nmap_Ps -mm 0 1 grey.png\n");
+    d = load_material(
+        "newmtl m\nPr 1\nmap_Pr -imfchan g grey.png\nmap_Pm grey.png\nnorm -bm 3 grey.png\n"
+        "map_Kd gone.png\nmap_Ps -mm 0 1 grey.png\n");
     m = material_of(d, "m");
     assert_true(input_of(m, "roughness").texture.index1 && input_of(m, "metallic").texture.index1);
     near((double)input_of(m, "metallic").value.x, 1);
@@ -666,7 +732,8 @@ static void what_is_wrong_in_obj_has_a_place(void **state) {
     refused("a.obj", SQUARE "f 0 1 2\n", 5, 3, "vertex 0: they count from 1");
     refused("a.obj", SQUARE "f 1 2 5\n", 5, 7, "vertex 5: there are 4");
     refused("a.obj", SQUARE "f 1 2 -5\n", 5, 7, "vertex -5: there are 4");
-    refused("a.obj", SQUARE "vt 0 0\n  f 1/1 2/2 3/1\n", 6, 11, "texture coordinate 2: there are 1");
+    refused("a.obj", SQUARE "vt 0 0\n  f 1/1 2/2 3/1\n", 6, 11,
+            "texture coordinate 2: there are 1");
     refused("a.obj", SQUARE "vn 0 0 1\nf 1//1 2//0 3//1\n", 6, 11, "normal 0");
     refused("a.obj", SQUARE "f 1 2 x\n", 5, 7, "'x' is no corner of a face");
     refused("a.obj", SQUARE "f 1 2 3/1/1/1\n", 5, 12, "'/1' is no corner of a face");
@@ -694,18 +761,20 @@ static void what_is_wrong_in_obj_has_a_place(void **state) {
 enum { ROOM = 8192 };
 
 static size_t make_seed(int which, uint8_t *out, const char **name) {
-    static const char text[] =
-        "mtllib seed.mtl\no one\nv 0 0 0\nv 1 0 0 1 0.5 0\nv 1 1 0\nv 0 1.5e0 0\nv .5 .25 0\nvt 0 0\nvt "
-        "1 1\nvn 0 0 1\nusemtl a\ns 1\nf 1/1/1 2/2/1 3/1/1 4/2/1\no two\nusemtl b\ns off\nf 1 2 3 5\nf "
-        "-1 -2 \\\n-3\ng x y\nl 1 2\nf 1//1 2//1 3//1\n";
-    static const char library[] =
-        "newmtl a\nKd .5 .5 .5\nKs 1 1 1\nNs 40\nillum 2\nmap_Kd -s 2 2 -o .1 -clamp on grey.png\nbump "
-        "-bm 0.5 grey.png\nd 0.5\nnewmtl b\nillum 7\nNi 1.4\nTf 1 .5 1\nPr 0.2\nPm .1\nnorm grey.png\n";
+    static const char text[] = "mtllib seed.mtl\no one\nv 0 0 0\nv 1 0 0 1 0.5 0\nv 1 1 0\nv 0 "
+                               "1.5e0 0\nv .5 .25 0\nvt 0 0\nvt "
+                               "1 1\nvn 0 0 1\nusemtl a\ns 1\nf 1/1/1 2/2/1 3/1/1 4/2/1\no "
+                               "two\nusemtl b\ns off\nf 1 2 3 5\nf "
+                               "-1 -2 \\\n-3\ng x y\nl 1 2\nf 1//1 2//1 3//1\n";
+    static const char library[] = "newmtl a\nKd .5 .5 .5\nKs 1 1 1\nNs 40\nillum 2\nmap_Kd -s 2 2 "
+                                  "-o .1 -clamp on grey.png\nbump "
+                                  "-bm 0.5 grey.png\nd 0.5\nnewmtl b\nillum 7\nNi 1.4\nTf 1 .5 "
+                                  "1\nPr 0.2\nPm .1\nnorm grey.png\n";
     static const uint16_t colors[] = {0x8000 | 31 << 10, 0x8000 | 31, 0, 0};
     static const char solid[] =
         "solid one\n" FACET(0) FACET(1) "endsolid one\nsolid two\n" FACET(2) "endsolid two\n";
-    static const char *const names[] = {"seed.ply", "seed.ply", "seed.stl", "seed.stl",
-                                        "seed.obj", "seed.mtl"};
+    static const char *const names[] = {"seed.ply", "seed.ply", "seed.stl",
+                                        "seed.stl", "seed.obj", "seed.mtl"};
     *name = names[which];
     switch (which) {
     case 0:
@@ -767,8 +836,8 @@ static void mutants_do_no_harm(void **state) {
             loaded += status == SNELL_OK;
             description_destroy(d);
         }
-        print_message("%s %d: %zu of %zu mutants still load, the slowest in %.4f s\n", name, which, loaded,
-                      total, slowest);
+        print_message("%s %d: %zu of %zu mutants still load, the slowest in %.4f s\n", name, which,
+                      loaded, total, slowest);
         assert_true(slowest < 1);
         assert_true(loaded > 0 && loaded < total);
     }

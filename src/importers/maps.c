@@ -51,8 +51,8 @@ static snell_status add(description *d, const char *file, const decoded_image *p
 snell_status map_add(description *d, const char *file, const decoded_image *image,
                      const map_look *look, snell_texture_id *out) {
     decoded_image part;
-    snell_status status = look->use == MAP_ALPHA ? image_copy_alpha(image, &part)
-                                                 : image_copy_color(image, &part);
+    snell_status status =
+        look->use == MAP_ALPHA ? image_copy_alpha(image, &part) : image_copy_color(image, &part);
     if (status) return status;
     status = add(d, file, &part, look, out);
     image_free(&part);

@@ -14,8 +14,8 @@ typedef enum map_use {
 /* How a picture lies on a surface. */
 typedef struct map_look {
     map_use use;
-    const char *wrap[2];    /* "repeat", "clamp", "mirror"; NULL: repeat */
-    const char *channel;    /* "r", "g", "b"; NULL: the colour */
+    const char *wrap[2];      /* "repeat", "clamp", "mirror"; NULL: repeat */
+    const char *channel;      /* "r", "g", "b"; NULL: the colour */
     snell_vec2 offset, scale; /* a scale of 0: 1 */
 } map_look;
 

@@ -221,13 +221,13 @@ typedef struct option {
     bool word, used;
 } option;
 static const option options[] = {
-    {"-s", 1, 3, false, true},        {"-o", 1, 3, false, true},
-    {"-t", 1, 3, false, false},       {"-mm", 2, 2, false, false},
-    {"-bm", 1, 1, false, true},       {"-clamp", 1, 1, true, true},
-    {"-imfchan", 1, 1, true, true},   {"-blendu", 1, 1, true, true},
-    {"-blendv", 1, 1, true, true},    {"-boost", 1, 1, false, false},
-    {"-texres", 1, 1, false, true},   {"-cc", 1, 1, true, false},
-    {"-type", 1, 1, true, false},     {"-colorspace", 1, 1, true, false},
+    {"-s", 1, 3, false, true},      {"-o", 1, 3, false, true},
+    {"-t", 1, 3, false, false},     {"-mm", 2, 2, false, false},
+    {"-bm", 1, 1, false, true},     {"-clamp", 1, 1, true, true},
+    {"-imfchan", 1, 1, true, true}, {"-blendu", 1, 1, true, true},
+    {"-blendv", 1, 1, true, true},  {"-boost", 1, 1, false, false},
+    {"-texres", 1, 1, false, true}, {"-cc", 1, 1, true, false},
+    {"-type", 1, 1, true, false},   {"-colorspace", 1, 1, true, false},
 };
 enum { OPTIONS = sizeof options / sizeof options[0] };
 
@@ -327,10 +327,10 @@ static snell_status read_statement(reading *r) {
     static const struct {
         const char *name;
         map_kind kind;
-    } maps[] = {{"map_Kd", MAP_KD},     {"map_Ks", MAP_KS}, {"map_Ke", MAP_KE},
-                {"map_emissive", MAP_KE}, {"map_d", MAP_D},   {"map_opacity", MAP_D},
-                {"bump", MAP_BUMP},     {"map_bump", MAP_BUMP}, {"norm", MAP_NORM},
-                {"map_Kn", MAP_NORM},   {"map_Pr", MAP_PR}, {"map_Pm", MAP_PM},
+    } maps[] = {{"map_Kd", MAP_KD},       {"map_Ks", MAP_KS},     {"map_Ke", MAP_KE},
+                {"map_emissive", MAP_KE}, {"map_d", MAP_D},       {"map_opacity", MAP_D},
+                {"bump", MAP_BUMP},       {"map_bump", MAP_BUMP}, {"norm", MAP_NORM},
+                {"map_Kn", MAP_NORM},     {"map_Pr", MAP_PR},     {"map_Pm", MAP_PM},
                 {"map_Ps", MAP_PS}};
     const char *word;
     size_t length = next_word(r, &word);
@@ -430,14 +430,14 @@ static snell_status make_texture(mtl *m, const mtl_material *of, const mtl_map *
     if (status == SNELL_ERR_MEMORY) return status;
     if (status) return warn_of_picture(m, of, map);
     const char *wrap = map->clamp ? "clamp" : "repeat";
-    map_look look = {
-        .use = use, .wrap = {wrap, wrap}, .offset = map->offset, .scale = map->scale};
+    map_look look = {.use = use, .wrap = {wrap, wrap}, .offset = map->offset, .scale = map->scale};
     const char *place = map->channel ? strchr("rgb", map->channel) : NULL;
-    bool grey = map == &of->maps[MAP_D] || map == &of->maps[MAP_PR] ||
-                map == &of->maps[MAP_PM] || map == &of->maps[MAP_BUMP];
+    bool grey = map == &of->maps[MAP_D] || map == &of->maps[MAP_PR] || map == &of->maps[MAP_PM] ||
+                map == &of->maps[MAP_BUMP];
     if (grey && place && image.channels >= 3) look.channel = channels[place - strchr("rgb", 'r')];
     /* An opacity map with alpha is meant by that. */
-    if (map->channel == 'm' || (map == &of->maps[MAP_D] && !map->channel && image_has_alpha(&image)))
+    if (map->channel == 'm' ||
+        (map == &of->maps[MAP_D] && !map->channel && image_has_alpha(&image)))
         look.use = MAP_ALPHA;
     *normals = shows_normals(&image);
     status = map_add(m->d, of->file, &image, &look, out);
@@ -515,9 +515,7 @@ static double number_of(const mtl_material *of, number_kind kind, double otherwi
     return limited(said ? (double)of->number[kind] : otherwise, low, high);
 }
 
-static bool is_black(snell_input i) {
-    return !i.texture.index1 && !(vec3_largest(i.value) > 0);
-}
+static bool is_black(snell_input i) { return !i.texture.index1 && !(vec3_largest(i.value) > 0); }
 
 /* `base`: what is under a glaze has no alpha, emission, bumps and name of its own. */
 static snell_status add(const look *k, const char *type, params *p, bool base, uint32_t *out) {
@@ -535,8 +533,7 @@ static snell_status add(const look *k, const char *type, params *p, bool base, u
             add_input(p, "bump", k->bump);
             add_float(p, "bump_scale", (double)k->bump_scale);
         }
-        snell_status status =
-            names_make_unique(m->names, CATEGORY_MATERIAL, k->of->name, name);
+        snell_status status = names_make_unique(m->names, CATEGORY_MATERIAL, k->of->name, name);
         if (status) return status;
     }
     object_source source = {name[0] ? name : NULL, k->of->file, k->of->line};
@@ -659,7 +656,8 @@ bool mtl_is_apart(const mtl *m, uint32_t material) {
 }
 
 /* A colour that a picture multiplies: 1 where only the picture is given, or black beside it. */
-static snell_vec3 color_of(const mtl_material *of, color_kind kind, bool pictured, float otherwise) {
+static snell_vec3 color_of(const mtl_material *of, color_kind kind, bool pictured,
+                           float otherwise) {
     snell_vec3 c = of->color[kind];
     float usual = pictured ? 1 : otherwise;
     bool said = of->has_color & (1u << kind);
@@ -672,9 +670,9 @@ static snell_status read_alpha(look *k) {
     double opacity = (double)k->of->number[D];
     if (!status && !(opacity > 0)) { /* exporters that mean the opposite */
         if (!is_glass(k->of))
-            status = description_add_message(k->m->d, SNELL_WARNING, k->of->file, k->of->line, NULL,
-                                             "material '%.100s' is wholly transparent: drawn opaque",
-                                             k->of->name);
+            status = description_add_message(
+                k->m->d, SNELL_WARNING, k->of->file, k->of->line, NULL,
+                "material '%.100s' is wholly transparent: drawn opaque", k->of->name);
         opacity = 1;
     }
     k->alpha.value = grey(limited(opacity, 0, 1)).value;

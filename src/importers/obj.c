@@ -229,7 +229,8 @@ static inline snell_status read_index(obj *o, const char *what, size_t count, si
 }
 
 /* A file without any: some exporters name them all the same. */
-static snell_status read_named(obj *o, const char *what, size_t count, size_t total, uint32_t *out) {
+static snell_status read_named(obj *o, const char *what, size_t count, size_t total,
+                               uint32_t *out) {
     if (total > 0) return read_index(o, what, count, total, out);
     while (*o->at != '/' && !ends_word(*o->at)) o->at++;
     o->names_nothing = true;
@@ -246,8 +247,7 @@ static snell_status read_corner(obj *o, uint32_t *out) {
             status = read_named(o, "texture coordinate", o->vt_count, o->vt_total, &vt);
         if (!status && *o->at == '/') {
             o->at++;
-            if (!ends_word(*o->at))
-                status = read_named(o, "normal", o->vn_count, o->vn_total, &vn);
+            if (!ends_word(*o->at)) status = read_named(o, "normal", o->vn_count, o->vn_total, &vn);
         }
     }
     if (status) return status;
@@ -465,8 +465,8 @@ static bool count_vertices(obj *o) {
     o->vt = memory_aligned(o->vt_total * sizeof *o->vt);
     o->vn = memory_aligned(o->vn_total * sizeof *o->vn);
     o->newest = memory_zeroed(o->v_total, sizeof *o->newest);
-    return o->v_total < UINT32_MAX && o->vt_total < UINT32_MAX && o->vn_total < UINT32_MAX && o->v &&
-           o->vt && o->vn && o->newest;
+    return o->v_total < UINT32_MAX && o->vt_total < UINT32_MAX && o->vn_total < UINT32_MAX &&
+           o->v && o->vt && o->vn && o->newest;
 }
 
 /* ---- meshes ---- */
@@ -544,7 +544,8 @@ static bool gather_groups(builder *b, const run *runs, size_t count) {
     b->groups = memory_resize(NULL, b->out.index_count / 3, sizeof *b->groups);
     size_t used = 0;
     for (size_t i = 0; b->groups && i < count; i++)
-        for (size_t k = runs[i].first; k < runs[i].end; k += 3) b->groups[used++] = runs[i].smoothing;
+        for (size_t k = runs[i].first; k < runs[i].end; k += 3)
+            b->groups[used++] = runs[i].smoothing;
     return b->groups != NULL;
 }
 
@@ -558,7 +559,8 @@ static snell_status make_material(builder *b, uint32_t material, uint32_t *out) 
 
 /* One material for all, or a slot for each triangle. slot_of: of each material of the libraries, and of none, last, its
  * slot, from 1; all 0, and so again afterwards. */
-static snell_status gather_materials(builder *b, const run *runs, size_t count, uint32_t *material) {
+static snell_status gather_materials(builder *b, const run *runs, size_t count,
+                                     uint32_t *material) {
     obj *o = b->o;
     bool alike = true;
     for (size_t i = 1; i < count; i++) alike &= runs[i].material == runs[0].material;
@@ -619,7 +621,9 @@ static snell_status build_meshes(builder *b) {
     for (size_t i = 0; i < o->run_count; i++) {
         run *r = &o->runs[i];
         r->end = i + 1 < o->run_count ? o->runs[i + 1].first : o->faces.index_count;
-        r->apart = r->material != MTL_NONE && mtl_is_apart(o->materials, r->material) ? r->material + 1 : 0;
+        r->apart = r->material != MTL_NONE && mtl_is_apart(o->materials, r->material)
+                       ? r->material + 1
+                       : 0;
     }
     qsort(o->runs, o->run_count, sizeof *o->runs, compare_runs);
     for (size_t i = 0, next; i < o->run_count && !status; i = next) {
@@ -648,9 +652,11 @@ static snell_status warn(const obj *o, uint32_t line, const char *text) {
 static snell_status warn_of_losses(obj *o) {
     snell_status status = mtl_warn_of_losses(o->materials);
     if (!status && o->short_face)
-        status = warn(o, line_of(o, o->short_face), "faces with fewer than three corners are not drawn");
+        status =
+            warn(o, line_of(o, o->short_face), "faces with fewer than three corners are not drawn");
     if (!status && o->names_nothing)
-        status = warn(o, 0, "faces name normals or texture coordinates, of which the file has none");
+        status =
+            warn(o, 0, "faces name normals or texture coordinates, of which the file has none");
     if (!status && o->has_lines) status = warn(o, 0, "points and lines are not drawn");
     if (!status && o->lost[0])
         status = description_add_message(o->d, SNELL_WARNING, o->path, 0, NULL, "not used: %s",
@@ -679,7 +685,8 @@ static snell_status build(obj *o) {
 
 static size_t put_utf8(char *out, uint32_t c) {
     if (c < 0x80) return out[0] = (char)c, (size_t)1;
-    if (c < 0x800) return out[0] = (char)(0xc0 | c >> 6), out[1] = (char)(0x80 | (c & 63)), (size_t)2;
+    if (c < 0x800)
+        return out[0] = (char)(0xc0 | c >> 6), out[1] = (char)(0x80 | (c & 63)), (size_t)2;
     out[0] = (char)(0xe0 | c >> 12);
     out[1] = (char)(0x80 | (c >> 6 & 63));
     out[2] = (char)(0x80 | (c & 63));
@@ -719,7 +726,8 @@ static void join_lines(char *text) {
 /* A copy where the text needs one, in *copy; out of memory: false. */
 static bool prepare_text(obj *o, size_t *size, char **copy) {
     const char *text = o->text;
-    bool wide = *size >= 2 && (memcmp(text, "\xff\xfe", 2) == 0 || memcmp(text, "\xfe\xff", 2) == 0);
+    bool wide =
+        *size >= 2 && (memcmp(text, "\xff\xfe", 2) == 0 || memcmp(text, "\xfe\xff", 2) == 0);
     bool marked = *size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0;
     bool old = !wide && memchr(text, '\r', *size) && !memchr(text, '\n', *size);
     if (wide) {
@@ -738,7 +746,8 @@ static bool prepare_text(obj *o, size_t *size, char **copy) {
             text = *copy;
         }
         for (size_t i = 0; i < *size; i++)
-            if ((*copy)[i] == 0 || (old && (*copy)[i] == '\r')) (*copy)[i] = (*copy)[i] ? '\n' : ' ';
+            if ((*copy)[i] == 0 || (old && (*copy)[i] == '\r'))
+                (*copy)[i] = (*copy)[i] ? '\n' : ' ';
         join_lines(*copy);
     }
     o->text = o->at = text;

@@ -152,7 +152,8 @@ static role find_role(const char *element_name, const property *q) {
                  {"diffuse_alpha", ALPHA}};
     if (q->list) {
         bool is_face = strcmp(element_name, "face") == 0 || strcmp(element_name, "tristrips") == 0;
-        bool indices = strcmp(q->name, "vertex_indices") == 0 || strcmp(q->name, "vertex_index") == 0;
+        bool indices =
+            strcmp(q->name, "vertex_indices") == 0 || strcmp(q->name, "vertex_index") == 0;
         return is_face && indices && q->type < F32 ? INDICES : NO_ROLE;
     }
     if (strcmp(element_name, "vertex") != 0) return NO_ROLE;
@@ -196,8 +197,7 @@ static snell_status read_property(ply *p, header_line *line) {
 
 static snell_status read_element(ply *p, header_line *line) {
     char word[WORD_MAX];
-    if (p->element_count == ELEMENTS_MAX)
-        return bad_header(p, line->at, "too many elements", NULL);
+    if (p->element_count == ELEMENTS_MAX) return bad_header(p, line->at, "too many elements", NULL);
     element *e = &p->elements[p->element_count++];
     const char *at = next_word(line, e->name);
     if (e->name[0] == 0) return bad_header(p, at, "an element without a name", NULL);
@@ -600,7 +600,8 @@ static snell_status read_faces(ply *p, element *e) {
         for (size_t i = 0; i < e->property_count; i++) {
             const property *q = &e->properties[i];
             if (q == indices)
-                status = strips ? read_strips(p, e, row, q, total) : read_polygon(p, e, row, q, total);
+                status =
+                    strips ? read_strips(p, e, row, q, total) : read_polygon(p, e, row, q, total);
             else
                 status = q->list ? skip_list(p, e, row, q) : read_single(p, e, row, q);
             if (status) return status;
@@ -630,8 +631,8 @@ static snell_status warn_of_losses(const ply *p) {
     }
     snell_status status = SNELL_OK;
     if (list[0])
-        status = description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL,
-                                         "not used: %s", list + 2);
+        status = description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL, "not used: %s",
+                                         list + 2);
     if (!status && p->see_through)
         status = description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL,
                                          "alpha of vertices is not used: they are opaque");

@@ -44,9 +44,9 @@ static snell_status add_mesh(stl *s, surfaces *made) {
     s->mesh_count++;
     snell_status status = surfaces_plain(s->d, s->path, 1, &s->material);
     if (!status)
-        status = surfaces_add(made, s->d, &s->names, s->name, s->material,
-                              s->options->up ? s->options->up : "z",
-                              (object_source){NULL, s->path, 0});
+        status =
+            surfaces_add(made, s->d, &s->names, s->name, s->material,
+                         s->options->up ? s->options->up : "z", (object_source){NULL, s->path, 0});
     surfaces_free(made);
     return status;
 }
@@ -88,7 +88,8 @@ static snell_vec3 *read_colors(const stl *s, const char *facets, size_t count) {
     for (size_t i = 0; colors && i < count; i++) {
         uint32_t bits = little_endian(facets + i * FACET_SIZE + FACET_SIZE - 2, 2);
         float low = decoded[bits & 31], high = decoded[(bits >> 10) & 31];
-        snell_vec3 color = {reversed ? low : high, decoded[(bits >> 5) & 31], reversed ? high : low};
+        snell_vec3 color = {reversed ? low : high, decoded[(bits >> 5) & 31],
+                            reversed ? high : low};
         /* Magics sets bit 15 where the usual colour holds; 0 is no colour either. */
         bool own = reversed ? bits != 0 && !(bits & 0x8000) : (bits & 0x8000) != 0;
         for (size_t k = 0; k < 3; k++) colors[3 * i + k] = own ? color : usual;
@@ -200,8 +201,9 @@ static snell_status read_facet(stl *s) {
         if (status) return status;
     }
     size_t corners = s->position_count - first;
-    if (corners < 3) return s->at < s->end ? wrong(s, start, "a facet has three corners")
-                                           : unexpected(s, "vertex");
+    if (corners < 3)
+        return s->at < s->end ? wrong(s, start, "a facet has three corners")
+                              : unexpected(s, "vertex");
     if (!TAKE(s, "endloop")) return unexpected(s, "endloop");
     if (!TAKE(s, "endfacet")) return unexpected(s, "endfacet");
     uint32_t *to = polygons_add(&s->facets, (uint32_t)corners);
@@ -264,8 +266,8 @@ static bool begins_as_text(const char *text) {
 /* Binary files may begin with "solid" too: what decides is the size that they say. */
 static snell_status read_either(stl *s, size_t size) {
     bool is_text = begins_as_text(s->text);
-    bool fits = size >= 84 &&
-                size == 84 + (uint64_t)FACET_SIZE * little_endian(s->text + HEADER_SIZE, 4);
+    bool fits =
+        size >= 84 && size == 84 + (uint64_t)FACET_SIZE * little_endian(s->text + HEADER_SIZE, 4);
     if (is_text && !fits) return read_text(s);
     if (size >= 84) return read_binary(s, size);
     return size ? unexpected(s, "solid") : error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");

@@ -202,8 +202,7 @@ static bool set_normal(smoother *m, uint32_t corner, snell_vec3 normal, const ui
         uint32_t other = s->indices[before[k]];
         if (other < s->vertex_count) continue;
         size_t extra = other - s->vertex_count;
-        if (m->source[extra] == vertex &&
-            memcmp(&m->added[extra], &normal, sizeof normal) == 0) {
+        if (m->source[extra] == vertex && memcmp(&m->added[extra], &normal, sizeof normal) == 0) {
             s->indices[corner] = other;
             return true;
         }
