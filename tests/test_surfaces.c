@@ -161,6 +161,16 @@ static double area_of(const mesh_desc *m) {
     return sum;
 }
 
+static void copy_texture(const char *name, const char *as) {
+    uint8_t *data;
+    size_t size;
+    assert_int_equal(import_read_beside(TEST_SOURCE_DIR "/tests/data/models/quad.obj", name, &plain,
+                                        &data, &size),
+                     SNELL_OK);
+    put_bytes(as, data, size);
+    free(data);
+}
+
 /* ---- numbers ---- */
 
 static void check_number(const char *text) {
@@ -376,6 +386,28 @@ static void ply_strips_colors_and_smoothness(void **state) {
     assert_true(has_message(d, "alpha"));
     assert_true(has_message(d, "fewer than three corners"));
     assert_int_equal(mesh_at(d, 0)->indices_count, 3);
+    description_destroy(d);
+}
+
+/* As MeshLab writes textured scans: coordinates by corner, and the picture in a comment. */
+static void ply_seams_and_pictures(void **state) {
+    (void)state;
+    copy_texture("textures/grey.png", "my grey.png");
+    description *d = load_text(
+        "scan.ply",
+        "ply\nformat ascii 1.0\ncomment TextureFile my grey.png\n" XYZ(4) FACES(
+            3) "property list uchar float texcoord\nend_header\n0 0 0 1 0 0 1 1 0 0 1 0\n"
+               "3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 0 0 1 1 0 1\n4 0 1 2 3 8 .5 0 1 0 1 1 0 1\n");
+    const mesh_desc *m = mesh_at(d, 0);
+    assert_int_equal(m->indices_count, 12);
+    assert_int_equal(m->positions_count, 5); /* 0 lies on a seam */
+    near((double)m->uvs[m->indices[3]].x, 0);
+    near((double)m->uvs[m->indices[6]].x, 0.5);
+    near3(m->positions[m->indices[6]], 0, 0, 0);
+    near((double)m->uvs[2].y, 1);
+    assert_int_equal(d->message_count, 0);
+    snell_input color = input_of(&d->objects[CATEGORY_MATERIAL].items[0], "color");
+    assert_int_equal(int_of(texture_of(d, color.texture.index1), "width"), 2);
     description_destroy(d);
 }
 
@@ -671,16 +703,6 @@ static void every_illumination_model(void **state) {
     description_destroy(d);
 }
 
-static void copy_texture(const char *name, const char *as) {
-    uint8_t *data;
-    size_t size;
-    assert_int_equal(import_read_beside(TEST_SOURCE_DIR "/tests/data/models/quad.obj", name, &plain,
-                                        &data, &size),
-                     SNELL_OK);
-    put_bytes(as, data, size);
-    free(data);
-}
-
 static void maps_and_their_options(void **state) {
     (void)state;
     copy_texture("textures/grey.png", "grey.png");
@@ -770,11 +792,14 @@ static size_t make_seed(int which, uint8_t *out, const char **name) {
                                   "-o .1 -clamp on grey.png\nbump "
                                   "-bm 0.5 grey.png\nd 0.5\nnewmtl b\nillum 7\nNi 1.4\nTf 1 .5 "
                                   "1\nPr 0.2\nPm .1\nnorm grey.png\n";
+    static const char scan[] = "ply\nformat ascii 1.0\ncomment TextureFile grey.png\n" XYZ(4)
+        FACES(3) "property list uchar float texcoord\nend_header\n0 0 0 1 0 0 1 1 0 0 1 0\n"
+                 "3 0 1 2 6 0 0 1 0 1 1\n3 0 2 3 6 0 0 1 1 0 1\n4 0 1 2 3 8 .5 0 1 0 1 1 0 1\n";
     static const uint16_t colors[] = {0x8000 | 31 << 10, 0x8000 | 31, 0, 0};
     static const char solid[] =
         "solid one\n" FACET(0) FACET(1) "endsolid one\nsolid two\n" FACET(2) "endsolid two\n";
-    static const char *const names[] = {"seed.ply", "seed.ply", "seed.stl",
-                                        "seed.stl", "seed.obj", "seed.mtl"};
+    static const char *const names[] = {"seed.ply", "seed.ply", "seed.stl", "seed.stl",
+                                        "seed.obj", "seed.mtl", "seed.ply"};
     *name = names[which];
     switch (which) {
     case 0:
@@ -811,7 +836,7 @@ static void mutants_do_no_harm(void **state) {
     uint64_t seed = 88172645463325252u;
     copy_texture("textures/grey.png", "grey.png");
     limit_memory(true);
-    for (int which = 0; which < 6; which++) {
+    for (int which = 0; which < 7; which++) {
         uint8_t original[ROOM], copy[ROOM];
         const char *name, *model;
         double slowest = 0;
@@ -880,6 +905,7 @@ int main(void) {
         cmocka_unit_test(numbers_are_correctly_rounded),
         cmocka_unit_test(ply_has_every_type_and_encoding),
         cmocka_unit_test(ply_strips_colors_and_smoothness),
+        cmocka_unit_test(ply_seams_and_pictures),
         cmocka_unit_test(faces_that_meet_under_60_degrees_are_smooth),
         cmocka_unit_test(what_is_wrong_in_ply_has_a_place),
         cmocka_unit_test(stl_dialects),

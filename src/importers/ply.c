@@ -8,9 +8,9 @@
 
 #include "base/memory.h"
 #include "image/srgb.h"
-#include "importers/files.h"
+#include "importers/maps.h"
 #include "importers/number.h"
-#include "importers/surfaces.h"
+#include "importers/seams.h"
 
 enum { WORD_MAX = 64, ELEMENTS_MAX = 64, PROPERTIES_MAX = 1024 };
 
@@ -24,6 +24,7 @@ typedef enum role {
     UV = COLOR + 3,
     ALPHA = UV + 2,
     INDICES,
+    TEXCOORD, /* of a face: u v for each corner */
     NO_ROLE
 } role;
 
@@ -52,6 +53,10 @@ typedef struct ply {
     size_t element_count;
     surfaces out;
     polygons faces;
+    seams seams;
+    float *row_uvs; /* of the face that is being read */
+    size_t row_uv_count, row_uv_capacity;
+    char picture[256]; /* that a comment names, as MeshLab has it */
     bool see_through, lacks_corners;
 } ply;
 
@@ -154,7 +159,9 @@ static role find_role(const char *element_name, const property *q) {
         bool is_face = strcmp(element_name, "face") == 0 || strcmp(element_name, "tristrips") == 0;
         bool indices =
             strcmp(q->name, "vertex_indices") == 0 || strcmp(q->name, "vertex_index") == 0;
-        return is_face && indices && q->type < F32 ? INDICES : NO_ROLE;
+        if (is_face && indices && q->type < F32) return INDICES;
+        bool uvs = strcmp(element_name, "face") == 0 && strcmp(q->name, "texcoord") == 0;
+        return uvs && q->type >= F32 ? TEXCOORD : NO_ROLE;
     }
     if (strcmp(element_name, "vertex") != 0) return NO_ROLE;
     for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
@@ -227,6 +234,17 @@ static snell_status read_format(ply *p, header_line *line) {
     return strcmp(word, "1.0") == 0 ? SNELL_OK : bad_header(p, at, "unknown version", word);
 }
 
+/* comment TextureFile NAME */
+static void read_comment(ply *p, header_line *line) {
+    char word[WORD_MAX];
+    next_word(line, word);
+    if (strcasecmp(word, "TextureFile") != 0 || p->picture[0]) return;
+    const char *at = line->at, *end = line->end;
+    while (at < end && (*at == ' ' || *at == '\t')) at++;
+    while (end > at && (end[-1] == ' ' || end[-1] == '\t')) end--;
+    if ((size_t)(end - at) < sizeof p->picture) memcpy(p->picture, at, (size_t)(end - at));
+}
+
 static snell_status read_header(ply *p) {
     header_line line = {p->at, p->at};
     char word[WORD_MAX];
@@ -246,7 +264,9 @@ static snell_status read_header(ply *p) {
             status = read_element(p, &line);
         else if (strcmp(word, "property") == 0)
             status = read_property(p, &line);
-        else if (word[0] && strcmp(word, "comment") != 0 && strcmp(word, "obj_info") != 0)
+        else if (strcmp(word, "comment") == 0)
+            read_comment(p, &line);
+        else if (word[0] && strcmp(word, "obj_info") != 0)
             status = description_add_message(
                 p->d, SNELL_WARNING, p->path, place_of(p, at, true).line, NULL,
                 "PLY header: a line that begins with '%s' is not read", word);
@@ -586,9 +606,39 @@ static uint64_t read_plain_triangles(ply *p, const element *e, uint64_t total) {
     return row;
 }
 
+static snell_status read_row_uvs(ply *p, const element *e, uint64_t row, const property *q) {
+    int64_t count = 0;
+    snell_status status = read_integer(p, e, row, q->count_type, &count);
+    if (status) return status;
+    uint64_t least = p->ascii ? 2 : sizes[q->type];
+    if (count < 0 || (uint64_t)count > (uint64_t)(p->end - p->at + 1) / least)
+        return ends_early(p, e, row);
+    if (!ARRAY_GROW(p->row_uvs, 0, p->row_uv_capacity, (size_t)count)) return error_no_memory();
+    property one = {.type = q->type, .role = NO_ROLE, .to = p->row_uvs, .step = 0};
+    for (p->row_uv_count = 0; p->row_uv_count < (size_t)count; p->row_uv_count++, one.to++) {
+        status = read_single(p, e, row, &one);
+        if (status) return status;
+        if (!isfinite(*one.to)) *one.to = 0;
+    }
+    return SNELL_OK;
+}
+
+/* The corners of the last polygon, if it is of this row, get the vertices that have their coordinates. */
+static snell_status place_row_uvs(ply *p, size_t first, uint64_t total) {
+    size_t needed = p->faces.index_count - first, corners = p->row_uv_count / 2;
+    if (needed == 0 || corners < 3 || needed != 3 * (corners - 2)) return SNELL_OK;
+    for (size_t i = 0; i < corners; i++) {
+        uint32_t *index = &p->faces.indices[first + i];
+        *index = seams_find(&p->seams, (size_t)total, *index,
+                            (snell_vec2){p->row_uvs[2 * i], p->row_uvs[2 * i + 1]});
+        if (*index == UINT32_MAX) return error_no_memory();
+    }
+    return SNELL_OK;
+}
+
 static snell_status read_faces(ply *p, element *e) {
     bool strips = strcmp(e->name, "tristrips") == 0;
-    const property *indices = find_property(e, INDICES);
+    const property *indices = find_property(e, INDICES), *uvs = find_property(e, TEXCOORD);
     uint64_t total = vertex_total(p);
     snell_status status = check_size(p, e);
     if (status) return status;
@@ -596,21 +646,49 @@ static snell_status read_faces(ply *p, element *e) {
         return bad_row(p, p->at, e, 0, "it has no list of integers 'vertex_indices'");
     uint64_t row = indices && !strips ? read_plain_triangles(p, e, total) : 0;
     for (; row < e->count; row++) {
+        size_t first = p->faces.index_count;
         say_progress(p, row);
+        p->row_uv_count = 0;
         for (size_t i = 0; i < e->property_count; i++) {
             const property *q = &e->properties[i];
-            if (q == indices)
+            if (q == uvs)
+                status = read_row_uvs(p, e, row, q);
+            else if (q == indices)
                 status =
                     strips ? read_strips(p, e, row, q, total) : read_polygon(p, e, row, q, total);
             else
                 status = q->list ? skip_list(p, e, row, q) : read_single(p, e, row, q);
             if (status) return status;
         }
+        if (uvs && (status = place_row_uvs(p, first, total)) != SNELL_OK) return status;
     }
     return SNELL_OK;
 }
 
 /* ---- the whole ---- */
+
+/* White, or in the colours of the picture. */
+static snell_status make_material(const ply *p, uint32_t *material) {
+    *material = NO_MATERIAL;
+    if (p->picture[0] == 0) return surfaces_plain(p->d, p->path, 1, material);
+    decoded_image image;
+    snell_texture_id texture;
+    snell_status status = map_load(p->path, p->picture, p->options, &image);
+    if (status == SNELL_ERR_MEMORY) return status;
+    if (status) {
+        char text[400];
+        snprintf(text, sizeof text, "%s", error_last()->text);
+        status = description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL,
+                                         "texture '%.200s': %s; white is used", p->picture, text);
+        return status ? status : surfaces_plain(p->d, p->path, 1, material);
+    }
+    status = map_add(p->d, p->path, &image, &(map_look){.use = MAP_COLOR}, &texture);
+    image_free(&image);
+    if (status) return status;
+    const snell_param color = {"color", SNELL_PARAM_TEXTURE, {.texture = texture}};
+    return description_add(p->d, CATEGORY_MATERIAL, "lambert", &color, 1,
+                           (object_source){NULL, p->path, 0}, material);
+}
 
 /* What has a value beside those that are looked at, in one message. */
 static snell_status warn_of_losses(const ply *p) {
@@ -647,16 +725,17 @@ static snell_status finish(ply *p) {
         return error_set_at(SNELL_ERR_SYNTAX, (source_place){p->path, 0, 0}, NULL,
                             p->out.vertex_count ? "the file has no surfaces, only points"
                                                 : "the file has no surfaces");
-    if (!polygons_cut(&p->faces, p->out.positions)) return error_no_memory();
+    if (!seams_apply(&p->seams, &p->out) || !polygons_cut(&p->faces, p->out.positions))
+        return error_no_memory();
     p->out.indices = p->faces.indices;
     p->out.index_count = p->faces.index_count;
     p->faces.indices = NULL;
     snell_status status = p->out.normals ? SNELL_OK : surfaces_smooth(&p->out, NULL, NULL);
-    uint32_t white = NO_MATERIAL;
+    uint32_t material = NO_MATERIAL;
     name_set names = {0};
-    if (!status) status = surfaces_plain(p->d, p->path, 1, &white);
+    if (!status) status = make_material(p, &material);
     if (!status)
-        status = surfaces_add(&p->out, p->d, &names, NULL, white, p->options->up,
+        status = surfaces_add(&p->out, p->d, &names, NULL, material, p->options->up,
                               (object_source){NULL, p->path, 0});
     names_deinit(&names);
     return status ? status : warn_of_losses(p);
@@ -693,6 +772,8 @@ static snell_status ply_read(const char *path, const import_options *options, de
     if (status) error_place((source_place){path, 0, 0});
     for (size_t i = 0; i < p->element_count; i++) free(p->elements[i].properties);
     surfaces_free(&p->out);
+    seams_free(&p->seams);
+    free(p->row_uvs);
     free(p->faces.indices);
     free(p->faces.list);
     free(p);
