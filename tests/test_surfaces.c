@@ -807,6 +807,7 @@ static size_t make_seed(int which, uint8_t *out, const char **name) {
     case 2: return write_stl((char *)out, "COLOR=abcd", 4, colors);
     case 3: memcpy(out, solid, sizeof solid - 1); return sizeof solid - 1;
     case 4: memcpy(out, text, sizeof text - 1); return sizeof text - 1;
+    case 6: memcpy(out, scan, sizeof scan - 1); return sizeof scan - 1;
     default: memcpy(out, library, sizeof library - 1); return sizeof library - 1;
     }
 }
