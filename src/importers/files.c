@@ -158,7 +158,7 @@ snell_status import_map_file(const char *path, const import_options *options, co
     snell_status result = open_whole(path, path, options, &fd, size);
     if (result) return result;
     if (can_be_mapped(*size)) {
-        void *mapped = mmap(NULL, *size, PROT_READ, MAP_PRIVATE | MAP_POPULATE, fd, 0);
+        void *mapped = mmap(NULL, *size, PROT_READ, MAP_PRIVATE, fd, 0);
         if (mapped == MAP_FAILED)
             result = error_no_memory();
         else
@@ -188,6 +188,11 @@ snell_status import_read_beside(const char *base_file, const char *name,
     status = import_read_file(path, name, options, data, size);
     free(path);
     return status;
+}
+
+void import_forget(const char *data, size_t size, const char *upto) {
+    size_t page = (size_t)sysconf(_SC_PAGESIZE), whole = (size_t)(upto - data) & ~(page - 1);
+    if (can_be_mapped(size) && whole) madvise((void *)(uintptr_t)data, whole, MADV_DONTNEED);
 }
 
 void import_extension(const char *path, char *out, size_t size) {

@@ -27,6 +27,8 @@ snell_status import_read_file(const char *path, const char *name, const import_o
 snell_status import_map_file(const char *path, const import_options *options, const char **data,
                              size_t *size);
 void import_unmap_file(const char *data, size_t size);
+/* What lies before `upto` is looked at no more, or seldom: it need not stay in memory. */
+void import_forget(const char *data, size_t size, const char *upto);
 
 /* import_resolve and import_read_file. */
 snell_status import_read_beside(const char *base_file, const char *name,

@@ -292,7 +292,14 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
                       .alphas = b->alphas,
                       .alphas_count = b->alphas ? b->count : 0};
     object_source source = {name[0] ? name : NULL, b->g->path, 0};
-    status = description_add_desc(b->g->d, type_find(CATEGORY_SHAPE, "mesh"), &desc, source, shape);
+    status =
+        description_take_desc(b->g->d, type_find(CATEGORY_SHAPE, "mesh"), &desc, source, shape);
+    if (!status) { /* the description's now */
+        b->positions = b->normals = b->uvs = NULL;
+        b->colors = NULL;
+        b->alphas = NULL;
+        b->indices = NULL;
+    }
     return gltf_blame(b->g, b->where, status);
 }
 

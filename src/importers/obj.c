@@ -31,6 +31,7 @@ typedef struct run {
 
 typedef struct obj {
     const char *path, *text, *at, *end; /* *end is 0 */
+    bool mapped;                        /* text is: it was not copied */
     const char *lines;                  /* the same before its lines were joined, for places */
     const import_options *options;
     description *d;
@@ -434,11 +435,18 @@ static snell_status read_statement(obj *o) {
     return read_other(o);
 }
 
+static void forget(const obj *o, const char *upto) {
+    if (o->mapped) import_forget(o->text, (size_t)(o->end - o->text), upto);
+}
+
 static snell_status read_text(obj *o) {
     for (size_t line = 0; o->at < o->end; line++) {
-        if (line % 65536 == 0 && o->options->progress)
-            o->options->progress(o->options->progress_user,
-                                 (double)(o->at - o->text) / (double)(o->end - o->text));
+        if (line % 65536 == 0) {
+            forget(o, o->at);
+            if (o->options->progress)
+                o->options->progress(o->options->progress_user,
+                                     (double)(o->at - o->text) / (double)(o->end - o->text));
+        }
         snell_status status = read_statement(o);
         if (status) return status;
         skip_line(o);
@@ -449,7 +457,9 @@ static snell_status read_text(obj *o) {
 /* How many there will be of each, so that arrays are made once and faces may name what comes later; and
  * whether there are objects. */
 static bool count_vertices(obj *o) {
-    for (const char *at = o->text; at < o->end;) {
+    const char *at = o->text;
+    for (size_t line = 0; at < o->end; line++) {
+        if (line % 65536 == 0) forget(o, at);
         while (*at == ' ' || *at == '\t') at++;
         if (*at == 'v') {
             o->v_total += ends_word(at[1]);
@@ -461,6 +471,7 @@ static bool count_vertices(obj *o) {
         const char *stop = memchr(at, '\n', (size_t)(o->end - at));
         at = stop ? stop + 1 : o->end;
     }
+    forget(o, at);
     o->v = memory_aligned(o->v_total * sizeof *o->v);
     o->vt = memory_aligned(o->vt_total * sizeof *o->vt);
     o->vn = memory_aligned(o->vn_total * sizeof *o->vn);
@@ -750,6 +761,7 @@ static bool prepare_text(obj *o, size_t *size, char **copy) {
                 (*copy)[i] = (*copy)[i] ? '\n' : ' ';
         join_lines(*copy);
     }
+    o->mapped = text == o->text;
     o->text = o->at = text;
     o->end = text + *size;
     return true;

@@ -434,7 +434,9 @@ static snell_status read_single(ply *p, const element *e, uint64_t row, const pr
 }
 
 static void say_progress(const ply *p, uint64_t row) {
-    if (row % 65536 == 0 && p->options->progress)
+    if (row % 65536 != 0) return;
+    import_forget(p->text, (size_t)(p->end - p->text), p->at);
+    if (p->options->progress)
         p->options->progress(p->options->progress_user,
                              (double)(p->at - p->text) / (double)(p->end - p->text));
 }

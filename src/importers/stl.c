@@ -18,6 +18,7 @@ enum { HEADER_SIZE = 80, FACET_SIZE = 50, SOLIDS_MAX = 1000000 };
 
 typedef struct stl {
     const char *path, *text, *at, *end; /* *end is 0 */
+    const char *said;                   /* how far one has been told */
     const import_options *options;
     description *d;
     name_set names;
@@ -34,7 +35,10 @@ static snell_status wrong(const stl *s, const char *at, const char *what) {
     return error_set_at(SNELL_ERR_SYNTAX, text_place(s->path, s->text, at), NULL, "STL: %s", what);
 }
 
-static void say_progress(const stl *s) {
+static void say_progress(stl *s) {
+    if (s->at - s->said < 1 << 20) return;
+    s->said = s->at;
+    import_forget(s->text, (size_t)(s->end - s->text), s->at);
     if (s->options->progress)
         s->options->progress(s->options->progress_user,
                              (double)(s->at - s->text) / (double)(s->end - s->text));
@@ -240,7 +244,7 @@ static snell_status read_text(stl *s) {
     while (!status && TAKE(s, "solid")) {
         read_name(s);
         for (size_t i = 0; !status && TAKE(s, "facet"); i++) {
-            if (i % 16384 == 0) say_progress(s);
+            if (i % 1024 == 0) say_progress(s);
             status = read_facet(s);
         }
         if (status) return status;
@@ -278,7 +282,7 @@ static snell_status stl_read(const char *path, const import_options *options, de
     stl s = {.path = path, .options = options, .d = d, .material = NO_MATERIAL};
     snell_status status = import_map_file(path, options, &s.text, &size);
     if (!status) {
-        s.at = s.text;
+        s.at = s.said = s.text;
         s.end = s.text + size;
         status = read_either(&s, size);
         import_unmap_file(s.text, size);
