@@ -12,7 +12,7 @@
 #include "importers/surfaces.h"
 #include "maths/functions.h"
 
-enum { MATERIALS_MAX = 1000000, PATH_SIZE = 512 };
+enum { MATERIALS_MAX = 100000, PATH_SIZE = 512 };
 
 typedef enum map_kind {
     MAP_KD,
@@ -376,6 +376,17 @@ static snell_status read_lines(mtl *m, const char *file, const char *text, size_
     return status;
 }
 
+/* As messages name it: in the folder of the model. */
+static char *shown_path(const mtl *m, const char *path) {
+    const char *slash = strrchr(m->base, '/');
+    size_t folder = slash && path[0] != '/' ? (size_t)(slash - m->base) + 1 : 0;
+    char *file = memory_zeroed(folder + strlen(path) + 1, 1);
+    if (file == NULL) return NULL;
+    memcpy(file, m->base, folder);
+    memcpy(file + folder, path, strlen(path));
+    return file;
+}
+
 snell_status mtl_read(mtl *m, const char *name) {
     uint8_t *data = NULL;
     size_t size;
@@ -383,13 +394,17 @@ snell_status mtl_read(mtl *m, const char *name) {
     snprintf(path, sizeof path, "%s", name);
     for (char *c = path; *c; c++)
         if (*c == '\\') *c = '/';
-    snell_status status = import_read_beside(m->base, path, m->options, &data, &size);
-    if (status) return status;
-    const char *slash = strrchr(m->base, '/');
-    size_t folder = slash && path[0] != '/' ? (size_t)(slash - m->base) + 1 : 0;
-    char *file = memory_zeroed(folder + strlen(path) + 1, 1);
-    if (file) memcpy(file, m->base, folder), memcpy(file + folder, path, strlen(path));
-    if (file == NULL || !ARRAY_GROW(m->files, m->file_count, m->file_capacity, 1)) {
+    char *file = shown_path(m, path);
+    if (file == NULL) return error_no_memory();
+    bool known = false;
+    for (size_t i = 0; i < m->file_count; i++) known |= strcmp(m->files[i], file) == 0;
+    snell_status status =
+        known ? SNELL_OK : import_read_beside(m->base, path, m->options, &data, &size);
+    if (status || known) {
+        free(file);
+        return status;
+    }
+    if (!ARRAY_GROW(m->files, m->file_count, m->file_capacity, 1)) {
         free(file);
         free(data);
         return error_no_memory();
