@@ -555,6 +555,18 @@ static void obj_dialects(void **state) {
     description *d = load("square.obj");
     near(area_of(mesh_at(d, 0)), 1);
     description_destroy(d);
+    /* Files that end with their last page, and a byte before and after, which are not read alike. */
+    for (size_t length = 4095; length <= 4097; length++) {
+        char page[4100];
+        memset(page, ' ', sizeof page);
+        memcpy(page, SQUARE, strlen(SQUARE));
+        memcpy(page + length - 9, "f 1 2 3 4", 9);
+        page[length - 10] = '\n';
+        put_bytes("square.obj", page, length);
+        d = load("square.obj");
+        near(area_of(mesh_at(d, 0)), 1);
+        description_destroy(d);
+    }
     d = load_text("colors.obj", "v 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0 1 0 0.5 0\nvt 0.5 0.25\nvt 1\n"
                                 "f 1/1 2/2 3/1\np 1\nl 1 2\nvw 1 2\nf 1 2\n");
     near3(mesh_at(d, 0)->colors[0], 1, 0, 0);
