@@ -457,10 +457,10 @@ static snell_status do_texture(pbrt *p) {
 static snell_status add_medium(pbrt *p, const char *name, const pbrt_params *params) {
     static const double none[3] = {0, 0, 0};
     double absorbed[3], scattered[3];
-    bool absorbs, scatters;
+    bool absorbs, given, scatters = false;
     const char *type = pbrt_string(p, params, "type", "homogeneous");
     pbrt_color(p, params, "sigma_a", PBRT_COEFFICIENT, none, absorbed, &absorbs);
-    pbrt_color(p, params, "sigma_s", PBRT_COEFFICIENT, none, scattered, &scatters);
+    pbrt_color(p, params, "sigma_s", PBRT_COEFFICIENT, none, scattered, &given);
     double scale = pbrt_float(p, params, "scale", 1);
     for (int i = 0; i < 3; i++) {
         scatters |= scattered[i] > 0;

@@ -93,8 +93,8 @@ typedef struct pbrt_texture {
     bool nearest;
     decoded_image image; /* 8 bits as they are, or floats */
     double gamma; /* of 8 bits; 0: sRGB */
-    bool invert;
-    double factor;     /* of an image */
+    bool invert, is_float; /* is_float: an image counts by its mean */
+    double factor;         /* of an image */
     const char *noise; /* snell's kind */
     double size, gain;
     int octaves;

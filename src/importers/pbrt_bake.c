@@ -111,6 +111,7 @@ static void image_at(const pbrt_texture *t, double u, double v, double out[3]) {
             pbrt_pixel(image, t->gamma, (uint32_t)px, (uint32_t)py, c);
             for (int k = 0; k < 3; k++) out[k] += weight * c[k];
         }
+    if (t->is_float) out[0] = out[1] = out[2] = (out[0] + out[1] + out[2]) / 3;
     for (int k = 0; k < 3; k++) out[k] = shown(t, out[k]);
 }
 

@@ -125,7 +125,6 @@ snell_status pbrt_read_ply(pbrt *p, const char *name, source_place place, pbrt_m
 typedef struct half_edge {
     uint32_t low, high;   /* its ends */
     uint32_t face_corner; /* the corner that it begins at: 3 * triangle + 0..2 */
-    uint32_t middle;      /* the vertex in its middle */
 } half_edge;
 
 typedef struct ring { /* what is around a vertex */
@@ -140,14 +139,32 @@ static int compare_edges(const void *a, const void *b) {
     return x->face_corner < y->face_corner ? -1 : x->face_corner > y->face_corner;
 }
 
-/* Sorted, so that the halves of an edge are neighbours. */
+static half_edge edge_at(const pbrt_mesh *mesh, size_t i) {
+    uint32_t a = mesh->indices[i], b = mesh->indices[i % 3 == 2 ? i - 2 : i + 1];
+    return (half_edge){a < b ? a : b, a < b ? b : a, (uint32_t)i};
+}
+
+/* Sorted, so that the halves of an edge are neighbours: counted by their lower ends, of which each has
+ * few. */
 static half_edge *make_edges(const pbrt_mesh *mesh) {
     half_edge *edges = memory_resize(NULL, mesh->index_count + 1, sizeof *edges);
-    for (size_t i = 0; edges && i < mesh->index_count; i++) {
-        uint32_t a = mesh->indices[i], b = mesh->indices[i % 3 == 2 ? i - 2 : i + 1];
-        edges[i] = (half_edge){a < b ? a : b, a < b ? b : a, (uint32_t)i, 0};
+    size_t *ends = memory_zeroed(mesh->count + 1, sizeof *ends);
+    if (edges && ends) {
+        for (size_t i = 0; i < mesh->index_count; i++) ends[edge_at(mesh, i).low]++;
+        for (size_t v = 1; v < mesh->count; v++) ends[v] += ends[v - 1];
+        for (size_t i = mesh->index_count; i-- > 0;) {
+            half_edge edge = edge_at(mesh, i);
+            edges[--ends[edge.low]] = edge; /* in the end, where those of the vertex begin */
+        }
+        for (size_t v = 0; v < mesh->count; v++) {
+            size_t end = v + 1 < mesh->count ? ends[v + 1] : mesh->index_count;
+            qsort(edges + ends[v], end - ends[v], sizeof *edges, compare_edges);
+        }
+    } else {
+        free(edges);
+        edges = NULL;
     }
-    if (edges) qsort(edges, mesh->index_count, sizeof *edges, compare_edges);
+    free(ends);
     return edges;
 }
 
@@ -204,7 +221,7 @@ static dvec3 middle_of(const pbrt_mesh *mesh, const half_edge *edge, size_t halv
     return dvec3_add(dvec3_scale(ends, 3.0 / 8), dvec3_scale(across, 1.0 / 8));
 }
 
-static void split(const pbrt_mesh *mesh, half_edge *edges, const ring *rings, uint32_t *middles,
+static void split(const pbrt_mesh *mesh, const half_edge *edges, const ring *rings, uint32_t *middles,
                   pbrt_mesh *out) {
     for (size_t i = 0; i < mesh->count; i++)
         out->positions[i] = smooth(mesh->positions[i], &rings[i],

@@ -283,7 +283,7 @@ snell_status pbrt_texture_add(pbrt *p, const char *name, bool is_float, const pb
     if (i == count)
         return pbrt_fail(p, params->place, "'snell help formats' says where they are listed",
                          "unknown texture '%s'", params->type);
-    pbrt_texture node = {.kind = PBRT_CONSTANT, .scale = {1, 1}, .factor = 1};
+    pbrt_texture node = {.kind = PBRT_CONSTANT, .scale = {1, 1}, .factor = 1, .is_float = is_float};
     node.nodes = node.pixels = 1;
     kinds[i].read(p, params, is_float, &node);
     if (p->status || add_node(p, params->place, &node, &index)) {
