@@ -491,7 +491,7 @@ static const struct {
     {{"integrators"}, "appel|whitted|cook|path|kajiya|raytracing|pathtracing"},
     {{"aovs"}, "aov|layer|layers|depth|normals|albedo|cryptomatte|passes|pass|motion_vectors"},
     {{"tonemaps"}, "tonemap|clip|reinhard|neutral"},
-    {{"formats"}, "gltf|glb|obj|ply|stl|nff|lua|png|exr|pfm|ppm|file|files"},
+    {{"formats"}, "gltf|glb|obj|ply|stl|nff|pbrt|lua|png|exr|pfm|ppm|file|files"},
 };
 
 const char *help_find_synonym(const char *word, size_t at) {

@@ -88,6 +88,9 @@ const char *snell_formats(uint32_t index, const char **help) {
         {".lua", "a scene program"},
         {".gltf", "glTF 2.0, with its buffers and images beside it"},
         {".glb", "glTF 2.0 in one file"},
+        {".pbrt", "pbrt-v4, with what it includes"},
+        {".nff", "NFF of the Standard Procedural Databases"},
+#if SNELL_HAS_ASSIMP
         {".obj", "Wavefront, with its .mtl"},
         {".ply", "Stanford polygons"},
         {".stl", "stereolithography; z is up"},

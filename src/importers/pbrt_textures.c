@@ -281,7 +281,7 @@ snell_status pbrt_texture_add(pbrt *p, const char *name, bool is_float, const pb
     size_t i = 0, count = sizeof kinds / sizeof kinds[0], index = 0;
     while (i < count && strcmp(kinds[i].name, params->type) != 0) i++;
     if (i == count)
-        return pbrt_fail(p, params->place, "'snell help formats' says where they are listed",
+        return pbrt_fail(p, params->place, "such as imagemap, checkerboard, scale or mix",
                          "unknown texture '%s'", params->type);
     pbrt_texture node = {.kind = PBRT_CONSTANT, .scale = {1, 1}, .factor = 1, .is_float = is_float};
     node.nodes = node.pixels = 1;
