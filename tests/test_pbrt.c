@@ -310,16 +310,46 @@ static void shapes_become_what_they_are(void **state) {
     near((double)radii[3], 0.5);
     assert_int_equal(int_of(curve, "kind"), 0);
     /* The cubic of a parabola: its second point is two thirds of the way. */
-    const vec3 *points = *(const vec3 *const *)field_of(object_at(d, CATEGORY_SHAPE, 5, "curves"),
+    const vec3 *points = *(const vec3 *const *)field_of(object_at(d, CATEGORY_SHAPE, 6, "curves"),
                                                         "points");
-    near3(points[1], 2, 0, 0);
-    near3(points[2], 3, 1, 0);
-    const mesh_desc *part = object_at(d, CATEGORY_SHAPE, 6, "mesh")->desc;
+    near3(points[1], -2, 0, 0);
+    near3(points[2], -3, 1, 0);
+    const mesh_desc *part = object_at(d, CATEGORY_SHAPE, 5, "mesh")->desc;
     for (size_t i = 0; i < part->positions_count; i++) {
         vec3 p = part->positions[i];
         near(sqrt((double)(p.x * p.x + p.y * p.y + p.z * p.z)), 1);
         assert_true(p.z < 0.50001f && p.y > -0.00001f); /* half of it, and flipped in x alone */
     }
+    is_silent(d);
+    description_destroy(d);
+}
+
+static void strands_are_gathered(void **state) {
+    (void)state;
+    static const char hair[] = "Scale 2 2 2\n"
+                               "Shape \"curve\" \"point3 P\" [0 0 0 0 1 0 0 2 0 0 3 0]\n"
+                               "Shape \"curve\" \"point3 P\" [1 0 0 1 1 0 1 2 0 1 3 0]\n"
+                               "Material \"conductor\"\n"
+                               "Shape \"curve\" \"string basis\" \"bspline\" \"point3 P\" [0 0 0 0 1 "
+                               "0 0 2 0 0 3 0 0 4 0] \"float width0\" 1 \"float width1\" 3\n";
+    char text[1000];
+    snprintf(text, sizeof text, "ObjectBegin \"o\" %s ObjectEnd ObjectInstance \"o\" %s", hair, hair);
+    description *d = read_world("", text);
+    assert_int_equal(d->objects[CATEGORY_SHAPE].count, 5); /* two, the object, and two */
+    const object *two = object_at(d, CATEGORY_SHAPE, 0, "curves");
+    const char *at = field_of(two, "starts");
+    const uint32_t *starts = *(const uint32_t *const *)(const void *)at;
+    assert_int_equal(*(const size_t *)(const void *)(at + sizeof starts), 2);
+    assert_int_equal(starts[1], 4);
+    near3((*(const vec3 *const *)field_of(two, "points"))[5], -2, 2, 0);
+    assert_true(d->instances[0].owner != NO_GROUP && d->instances[1].owner != NO_GROUP);
+    assert_int_equal(d->instances[3].owner, NO_GROUP);
+    /* Two pieces of a spline: its second point is where it begins, its fourth where it ends. */
+    const float *radii =
+        *(const float *const *)field_of(object_at(d, CATEGORY_SHAPE, 1, "curves"), "radii");
+    near((double)radii[1], 1);
+    near((double)radii[2], 2);
+    near((double)radii[3], 3);
     is_silent(d);
     description_destroy(d);
 }
@@ -611,6 +641,30 @@ static void lights_have_pbrts_photometry(void **state) {
     description_destroy(d);
 }
 
+static void lights_of_alpha_0_are_not_seen(void **state) {
+    (void)state;
+    description *d = read_world(
+        "", "AreaLightSource \"diffuse\" \"rgb L\" [3 2 1] Attribute \"shape\" \"float alpha\" 0\n"
+            "Translate 1 0 0 Shape \"sphere\" \"float radius\" 2\n"
+            "Rotate 90 1 0 0 Shape \"disk\" \"float height\" 2\n"
+            "Identity Shape \"trianglemesh\" \"point3 P\" [0 0 0 1 0 0 1 1 0 0 1 0] \"integer "
+            "indices\" [0 1 2 0 2 3]\n");
+    assert_int_equal(d->instance_count, 0);
+    const object *ball = object_at(d, CATEGORY_LIGHT, 0, "sphere");
+    vector_is(ball, "radiance", 3, 2, 1);
+    vector_is(ball, "center", -1, 0, 0);
+    number_is(ball, "radius", 2);
+    assert_false(*(const bool *)field_of(ball, "visible"));
+    const object *plate = object_at(d, CATEGORY_LIGHT, 1, "disk");
+    vector_is(plate, "center", -1, -2, 0); /* z turns to -y */
+    vector_is(plate, "normal", 0, -1, 0);
+    const object *quad = object_at(d, CATEGORY_LIGHT, 2, "quad");
+    vec3 u = *(const vec3 *)field_of(quad, "u"), v = *(const vec3 *)field_of(quad, "v");
+    near3(vec3_from(dvec3_cross(dvec3_from(u), dvec3_from(v))), 0, 0, 1);
+    is_silent(d);
+    description_destroy(d);
+}
+
 static void spectra_become_colours(void **state) {
     (void)state;
     write_file("half.spd", "# a comment\n300 .5\n900 .5\n", 27);
@@ -810,6 +864,7 @@ int main(void) {
         cmocka_unit_test(cameras_see_what_pbrt_sees),
         cmocka_unit_test(settings_are_read),
         cmocka_unit_test(shapes_become_what_they_are),
+        cmocka_unit_test(strands_are_gathered),
         cmocka_unit_test(subdivision_follows_loop),
         cmocka_unit_test(meshes_are_read_from_files),
         cmocka_unit_test(objects_are_groups),
@@ -818,6 +873,7 @@ int main(void) {
         cmocka_unit_test(textures_are_folded_placed_and_baked),
         cmocka_unit_test(alpha_and_absorption_are_of_the_shape),
         cmocka_unit_test(lights_have_pbrts_photometry),
+        cmocka_unit_test(lights_of_alpha_0_are_not_seen),
         cmocka_unit_test(spectra_become_colours),
         cmocka_unit_test(text_is_free_in_its_form),
         cmocka_unit_test(what_is_wrong_is_said_with_its_place),

@@ -282,6 +282,7 @@ static snell_status do_object_begin(pbrt *p) {
     p->object_name = memory_copy_string(p->word);
     if (p->object_name == NULL) return pbrt_blame(p, place, error_no_memory());
     p->place = place;
+    if (pbrt_flush_strands(p)) return p->status;
     p->in_object = true;
     p->part_count = 0;
     return push(p, true);
@@ -290,7 +291,7 @@ static snell_status do_object_begin(pbrt *p) {
 static snell_status do_object_end(pbrt *p) {
     if (!p->in_object) return pbrt_fail(p, p->place, NULL, "'ObjectEnd' without an 'ObjectBegin'");
     source_place place = p->pushed_count ? p->pushed[p->pushed_count - 1].place : p->place;
-    if (pop(p, true, "ObjectEnd", "ObjectBegin")) return p->status;
+    if (pop(p, true, "ObjectEnd", "ObjectBegin") || pbrt_flush_strands(p)) return p->status;
     p->in_object = false;
     uint32_t group = 0;
     if (p->part_count) {
@@ -689,7 +690,7 @@ static snell_status read_whole(pbrt *p) {
         return pbrt_fail(p, top->place, "the file may be cut off", "this '%s' does not end",
                          top->is_object ? "ObjectBegin" : "AttributeBegin");
     }
-    return pbrt_finish_view(p);
+    return pbrt_flush_strands(p) ? p->status : pbrt_finish_view(p);
 }
 
 /* ---- the importer ---- */
@@ -730,6 +731,7 @@ static void clean_up(pbrt *p) {
     for (size_t i = 0; i < p->texture_count; i++) pbrt_texture_free(&p->textures[i]);
     for (size_t i = 0; i < p->material_count; i++) free(p->materials[i].name);
     free_kept(p);
+    pbrt_strands_free(&p->strands);
     free(p->word);
     free(p->pushed);
     free(p->system_list);

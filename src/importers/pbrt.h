@@ -10,6 +10,7 @@
  *     pbrt_bake.c       textures that have no counterpart, as images
  *     pbrt_materials.c  materials
  *     pbrt_shapes.c     shapes and where they stand
+ *     pbrt_curves.c     curves
  *     pbrt_meshes.c     triangles: meshes of files, Loop's subdivision, parts of quadrics
  *
  * pbrt is left-handed, snell right-handed: the world is flipped in x as it is read (pbrt.flip), unless
@@ -133,6 +134,17 @@ typedef struct pbrt_variant { /* a material with what shapes add to it */
     size_t next;
 } pbrt_variant;
 
+/* Curves of one material that follow each other are one shape: hair has a million. In the world. */
+typedef struct pbrt_strands {
+    vec3 *points;
+    float *radii;
+    uint32_t *starts;
+    size_t point_count, point_capacity, radius_capacity, start_count, start_capacity;
+    uint32_t material;
+    const char *basis, *kind;
+    source_place place; /* of the first */
+} pbrt_strands;
+
 enum { ATTRIBUTE_SHAPE, ATTRIBUTE_LIGHT, ATTRIBUTE_MATERIAL, ATTRIBUTE_MEDIUM, ATTRIBUTE_TEXTURE };
 enum { ATTRIBUTE_KINDS = 5 };
 
@@ -205,6 +217,7 @@ typedef struct pbrt {
     char *object_name; /* owned */
     uint32_t *parts;   /* instances of the object that is open */
     size_t part_count, part_capacity;
+    pbrt_strands strands;
     name_set names;
 } pbrt;
 
@@ -292,6 +305,9 @@ snell_status pbrt_material_add(pbrt *p, const char *name, const pbrt_params *par
 /* The material as a shape has it; *out is its index in the description. */
 snell_status pbrt_material_use(pbrt *p, size_t index, const pbrt_variant *with, uint32_t *out);
 snell_status pbrt_shape(pbrt *p, const pbrt_params *params);
+/* What was gathered becomes a shape, before an object begins or ends, and at the end. */
+snell_status pbrt_flush_strands(pbrt *p);
+void pbrt_strands_free(pbrt_strands *strands);
 
 /* A named texture, or the parameter's own value; numbers of float textures. `otherwise` where there
  * is no parameter; *found may be NULL. */
@@ -332,6 +348,21 @@ snell_status pbrt_read_ply(pbrt *p, const char *name, source_place place, pbrt_m
 snell_status pbrt_subdivide(pbrt *p, source_place place, int levels, pbrt_mesh *mesh);
 /* A grid of columns x rows cells; `at` gives the point, and its normal. */
 typedef void pbrt_surface_fn(const void *user, double u, double v, dvec3 *position, dvec3 *normal);
+/* What all shapes have. */
+typedef struct pbrt_drawn {
+    const pbrt_params *params;
+    snell_input alpha;
+    bool exact; /* its sides matter: it shines, or is glass */
+} pbrt_drawn;
+/* The material with alpha and emission. area: of the piece of which a light's power is, m^2. */
+snell_status pbrt_material_of(pbrt *p, const pbrt_drawn *s, double area, uint32_t *out);
+snell_status pbrt_add_shape(pbrt *p, const pbrt_drawn *s, const char *type,
+                            const snell_param *params, size_t count, double area,
+                            const dtransform *local);
+/* An instance that was made is a part of the object that is open, if there is one. */
+snell_status pbrt_add_part(pbrt *p, source_place place, uint32_t made);
+snell_status pbrt_curve(pbrt *p, const pbrt_drawn *s);
+
 snell_status pbrt_tessellate(pbrt *p, source_place place, uint32_t columns, uint32_t rows,
                              pbrt_surface_fn *at, const void *user, pbrt_mesh *out);
 double pbrt_mesh_area(const pbrt_mesh *mesh);

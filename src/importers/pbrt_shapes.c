@@ -12,11 +12,7 @@
 
 enum { LEVELS_MAX = 8 };
 
-typedef struct drawn { /* what all shapes have */
-    const pbrt_params *params;
-    snell_input alpha;
-    bool exact; /* its sides matter: it shines, or is glass */
-} drawn;
+typedef pbrt_drawn drawn;
 
 /* ---- placing ---- */
 
@@ -24,8 +20,7 @@ static object_source source_of(const drawn *s) {
     return (object_source){NULL, s->params->place.file, s->params->place.line};
 }
 
-/* The material with alpha and emission. area: of the piece of which a light's power is, m^2. */
-static snell_status material_of(pbrt *p, const drawn *s, double area, uint32_t *out) {
+snell_status pbrt_material_of(pbrt *p, const drawn *s, double area, uint32_t *out) {
     pbrt_variant v = {.absorption = p->state.absorption};
     v.alpha = s->alpha;
     const pbrt_area_light *light = &p->state.area;
@@ -40,12 +35,20 @@ static snell_status material_of(pbrt *p, const drawn *s, double area, uint32_t *
     return p->status ? p->status : pbrt_material_use(p, p->state.material, &v, out);
 }
 
+snell_status pbrt_add_part(pbrt *p, source_place place, uint32_t made) {
+    if (!p->in_object) return SNELL_OK;
+    if (!ARRAY_GROW(p->parts, p->part_count, p->part_capacity, 1))
+        return pbrt_blame(p, place, error_no_memory());
+    p->parts[p->part_count++] = made;
+    return SNELL_OK;
+}
+
 /* local: from the shape's space to pbrt's. in_world: there is no more to do. */
 static snell_status place_shape(pbrt *p, const drawn *s, uint32_t shape, double area,
                                 const dtransform *local, bool in_world) {
     uint32_t material, made;
     source_place place = s->params->place;
-    if (material_of(p, s, area, &material)) return p->status;
+    if (pbrt_material_of(p, s, area, &material)) return p->status;
     dtransform both[2] = {pbrt_to_world(p, 0), pbrt_to_world(p, 1)};
     transform at[2];
     for (int i = 0; i < 2; i++) {
@@ -59,21 +62,39 @@ static snell_status place_shape(pbrt *p, const drawn *s, uint32_t shape, double 
         p->moving = true;
         status = description_set_motion(p->d, made, keys, 2);
     }
-    if (status) return pbrt_blame(p, place, status);
-    if (!p->in_object) return SNELL_OK;
-    if (!ARRAY_GROW(p->parts, p->part_count, p->part_capacity, 1))
-        return pbrt_blame(p, place, error_no_memory());
-    p->parts[p->part_count++] = made;
-    return SNELL_OK;
+    return status ? pbrt_blame(p, place, status) : pbrt_add_part(p, place, made);
 }
 
-static snell_status add_shape(pbrt *p, const drawn *s, const char *type, const snell_param *params,
-                              size_t count, double area, const dtransform *local) {
+snell_status pbrt_add_shape(pbrt *p, const drawn *s, const char *type, const snell_param *params,
+                            size_t count, double area, const dtransform *local) {
     uint32_t shape;
     snell_status status =
         description_add(p->d, CATEGORY_SHAPE, type, params, count, source_of(s), &shape);
     if (status) return pbrt_blame(p, s->params->place, status);
     return place_shape(p, s, shape, area, local, false);
+}
+
+/* pbrt's way to make a light that is not seen: alpha 0, which it shines through. */
+static bool is_hidden_light(const pbrt *p, const drawn *s) {
+    return p->state.area.lit && !p->in_object && s->alpha.texture.index1 == 0 &&
+           s->alpha.value.x == 0;
+}
+
+static snell_status add_hidden_light(pbrt *p, const drawn *s, const char *type, double area,
+                                     const snell_param *where, size_t count) {
+    const pbrt_area_light *light = &p->state.area;
+    vec3 radiance = light->has_power
+                        ? vec3_scale(light->power, (float)(area > 0 ? 1 / (PI * area) : 0))
+                        : light->radiance;
+    snell_param params[8] = {{"radiance", SNELL_PARAM_VEC3, {.v = radiance}},
+                             {"visible", SNELL_PARAM_BOOL, {.b = false}}};
+    uint32_t made;
+    memcpy(params + 2, where, count * sizeof *where);
+    if (light->two_sided)
+        pbrt_warn(p, s->params->place, "a light that is not seen shines from its outside alone");
+    return pbrt_blame(p, s->params->place,
+                      description_add(p->d, CATEGORY_LIGHT, type, params, 2 + count, source_of(s),
+                                      &made));
 }
 
 /* ---- meshes ---- */
@@ -149,6 +170,12 @@ static bool make_arrays(const pbrt_mesh *mesh, arrays *out) {
 
 /* What stands still is in the world then. The mesh is freed. */
 static snell_status add_mesh(pbrt *p, const drawn *s, pbrt_mesh *mesh) {
+    if (is_hidden_light(p, s)) {
+        pbrt_mesh_free(mesh);
+        return pbrt_warn(p, s->params->place,
+                         "of lights with alpha 0 only spheres, disks and parallelograms are "
+                         "supported: left out");
+    }
     bool still = !pbrt_is_animated(p);
     dtransform to_world = still ? pbrt_to_world(p, 0) : dtransform_identity();
     arrays made = {NULL, NULL, NULL};
@@ -242,6 +269,25 @@ static bool needs_uvs(const pbrt *p, const drawn *s) {
     return p->materials[p->state.material].textured || s->alpha.texture.index1;
 }
 
+static snell_status add_quad(pbrt *p, const drawn *s, dvec3 corner, dvec3 u, dvec3 v);
+
+/* Two triangles that are a parallelogram, as the light that they are. */
+static bool as_hidden_quad(pbrt *p, const drawn *s, const pbrt_mesh *mesh) {
+    if (!is_hidden_light(p, s) || mesh->index_count != 6 || p->state.area.has_power) return false;
+    const uint32_t *t = mesh->indices;
+    for (int k = 0; k < 3; k++) { /* the diagonal is opposite to k */
+        dvec3 corner = mesh->positions[t[k]], a = mesh->positions[t[(k + 1) % 3]],
+              b = mesh->positions[t[(k + 2) % 3]], sum = dvec3_sub(dvec3_add(a, b), corner);
+        for (int i = 3; i < 6; i++)
+            if (dvec3_length(dvec3_sub(mesh->positions[t[i]], sum)) <
+                1e-5 * dvec3_length(dvec3_sub(a, b))) {
+                add_quad(p, s, corner, dvec3_sub(a, corner), dvec3_sub(b, corner));
+                return true;
+            }
+    }
+    return false;
+}
+
 static snell_status triangle_mesh(pbrt *p, const drawn *s) {
     pbrt_mesh mesh = {.count = 0};
     const double *indices;
@@ -250,7 +296,7 @@ static snell_status triangle_mesh(pbrt *p, const drawn *s) {
         for (size_t i = 0; i < mesh.index_count; i++) mesh.indices[i] = (uint32_t)indices[i];
         if (mesh.uvs == NULL && needs_uvs(p, s)) corner_uvs(p, s, &mesh);
     }
-    if (!p->status) return add_mesh(p, s, &mesh);
+    if (!p->status && !as_hidden_quad(p, s, &mesh)) return add_mesh(p, s, &mesh);
     pbrt_mesh_free(&mesh);
     return p->status;
 }
@@ -322,15 +368,26 @@ static double bend_of(const patch *q) {
     return dvec3_length(off) / (dvec3_length(u) + dvec3_length(v) + 1e-30);
 }
 
-static snell_status add_quad(pbrt *p, const drawn *s, const patch *q) {
-    dvec3 corner = q->p[0], u = dvec3_sub(q->p[1], corner), v = dvec3_sub(q->p[2], corner);
-    if (p->state.reverse && s->exact) corner = q->p[1], u = dvec3_negate(u);
+static snell_status add_quad(pbrt *p, const drawn *s, dvec3 corner, dvec3 u, dvec3 v) {
+    if (p->state.reverse && s->exact) {
+        corner = dvec3_add(corner, u);
+        u = dvec3_negate(u);
+    }
     const snell_param params[] = {{"corner", SNELL_PARAM_VEC3, {.v = vec3_from(corner)}},
                                   {"u", SNELL_PARAM_VEC3, {.v = vec3_from(u)}},
                                   {"v", SNELL_PARAM_VEC3, {.v = vec3_from(v)}}};
     dtransform local = dtransform_identity(), to_world = pbrt_to_world(p, 0);
-    double area = dvec3_length(dvec3_cross(pbrt_vector(&to_world, u), pbrt_vector(&to_world, v)));
-    return add_shape(p, s, "quad", params, 3, area, &local);
+    dvec3 wu = pbrt_vector(&to_world, u), wv = pbrt_vector(&to_world, v);
+    double area = dvec3_length(dvec3_cross(wu, wv));
+    if (is_hidden_light(p, s)) {
+        bool mirrors = pbrt_determinant(&to_world) < 0;
+        const snell_param where[] = {
+            {"corner", SNELL_PARAM_VEC3, {.v = vec3_from(pbrt_point(&to_world, corner))}},
+            {"u", SNELL_PARAM_VEC3, {.v = vec3_from(mirrors ? wv : wu)}},
+            {"v", SNELL_PARAM_VEC3, {.v = vec3_from(mirrors ? wu : wv)}}};
+        return add_hidden_light(p, s, "quad", area, where, 3);
+    }
+    return pbrt_add_shape(p, s, "quad", params, 3, area, &local);
 }
 
 static snell_status add_patch(pbrt *p, const drawn *s, const patch *q) {
@@ -339,7 +396,7 @@ static snell_status add_patch(pbrt *p, const drawn *s, const patch *q) {
     pbrt_mesh mesh;
     if (bend < 1e-6 && !q->has_normals && !q->has_uvs && dvec3_length(n) > 1e-12 &&
         dvec3_largest((dvec3){fabs(q->p[3].x), fabs(q->p[3].y), fabs(q->p[3].z)}) < 1e15)
-        return add_quad(p, s, q);
+        return add_quad(p, s, q->p[0], dvec3_sub(q->p[1], q->p[0]), dvec3_sub(q->p[2], q->p[0]));
     uint32_t cells = bend < 1e-6 && !q->has_normals ? 1 : 16;
     if (pbrt_tessellate(p, s->params->place, cells, cells, patch_at, q, &mesh)) return p->status;
     for (size_t i = 0; q->has_uvs && i < mesh.count; i++) {
@@ -428,8 +485,16 @@ static snell_status sphere(pbrt *p, const drawn *s) {
     if (!(r.z0 < r.z1)) return SNELL_OK;
     bool whole = r.z0 == -r.radius && r.z1 == r.radius && r.turn > 2 * PI - 1e-9;
     if (!whole || (p->state.reverse && s->exact)) return add_part(p, s, &r);
+    if (is_hidden_light(p, s)) {
+        dtransform to_world = pbrt_to_world(p, 0);
+        vec3 center = vec3_from(pbrt_point(&to_world, (dvec3){0, 0, 0}));
+        double radius = r.radius * fn_cbrt(fabs(pbrt_determinant(&to_world)));
+        const snell_param where[] = {{"center", SNELL_PARAM_VEC3, {.v = center}},
+                                     {"radius", SNELL_PARAM_FLOAT, {.f = radius}}};
+        return add_hidden_light(p, s, "sphere", 4 * PI * r.radius * r.radius, where, 2);
+    }
     const snell_param params[] = {{"radius", SNELL_PARAM_FLOAT, {.f = r.radius}}};
-    return add_shape(p, s, "sphere", params, 1, 4 * PI * r.radius * r.radius, &upright);
+    return pbrt_add_shape(p, s, "sphere", params, 1, 4 * PI * r.radius * r.radius, &upright);
 }
 
 static snell_status cylinder(pbrt *p, const drawn *s) {
@@ -443,7 +508,7 @@ static snell_status cylinder(pbrt *p, const drawn *s) {
                                   {"to", SNELL_PARAM_VEC3, {.v = {0, (float)r.z1, 0}}},
                                   {"radius", SNELL_PARAM_FLOAT, {.f = r.radius}},
                                   {"capped", SNELL_PARAM_BOOL, {.b = false}}};
-    return add_shape(p, s, "cylinder", params, 4, 2 * PI * r.radius * (r.z1 - r.z0), &upright);
+    return pbrt_add_shape(p, s, "cylinder", params, 4, 2 * PI * r.radius * (r.z1 - r.z0), &upright);
 }
 
 /* v of pbrt's disk is 0 at its edge, of snell's in the middle: with textures it is a mesh. */
@@ -457,104 +522,24 @@ static snell_status disk(pbrt *p, const drawn *s) {
         return pbrt_fail(p, s->params->place, NULL, "the hole of a disk is smaller than the disk");
     if (r.turn < 2 * PI - 1e-9 || needs_uvs(p, s)) return add_part(p, s, &r);
     float side = p->state.reverse ? -1 : 1;
+    double disk_area = PI * (r.radius - r.inner) * (r.radius + r.inner);
+    if (is_hidden_light(p, s) && r.inner == 0) {
+        dtransform to_world = pbrt_to_world(p, 0);
+        dvec3 x = pbrt_vector(&to_world, (dvec3){1, 0, 0}), y = pbrt_vector(&to_world, (dvec3){0, 1, 0});
+        double way = pbrt_determinant(&to_world) < 0 ? -side : side;
+        vec3 center = vec3_from(pbrt_point(&to_world, (dvec3){0, 0, r.z0})),
+             normal = vec3_from(dvec3_scale(dvec3_normalize(dvec3_cross(x, y)), way));
+        const snell_param where[] = {
+            {"center", SNELL_PARAM_VEC3, {.v = center}},
+            {"normal", SNELL_PARAM_VEC3, {.v = normal}},
+            {"radius", SNELL_PARAM_FLOAT, {.f = r.radius * dvec3_length(x)}}};
+        return add_hidden_light(p, s, "disk", disk_area, where, 3);
+    }
     const snell_param params[] = {{"center", SNELL_PARAM_VEC3, {.v = {0, 0, (float)r.z0}}},
                                   {"normal", SNELL_PARAM_VEC3, {.v = {0, 0, side}}},
                                   {"radius", SNELL_PARAM_FLOAT, {.f = r.radius}},
                                   {"inner_radius", SNELL_PARAM_FLOAT, {.f = r.inner}}};
-    double area = PI * (r.radius - r.inner) * (r.radius + r.inner);
-    return add_shape(p, s, "disk", params, 4, area, &still);
-}
-
-/* ---- curves ---- */
-
-/* Control points of degree two as ones of degree three: exact. *count: how many there are then. */
-static snell_status raise_degree(pbrt *p, const drawn *s, const double *from, bool spline,
-                                 size_t segments, vec3 **out, size_t *count) {
-    *count = 3 * segments + 1;
-    *out = memory_zeroed(*count, sizeof **out);
-    if (*out == NULL) return pbrt_blame(p, s->params->place, error_no_memory());
-    for (size_t i = 0; i < segments; i++) {
-        dvec3 c[3];
-        const double *at = from + 3 * (spline ? i : 2 * i);
-        for (int k = 0; k < 3; k++) c[k] = (dvec3){at[3 * k], at[3 * k + 1], at[3 * k + 2]};
-        if (spline) { /* a uniform quadratic B-spline begins and ends between its points */
-            c[0] = dvec3_scale(dvec3_add(c[0], c[1]), 0.5);
-            c[2] = dvec3_scale(dvec3_add(c[1], c[2]), 0.5);
-        }
-        vec3 *to = *out + 3 * i;
-        to[0] = vec3_from(c[0]);
-        to[1] = vec3_from(dvec3_add(dvec3_scale(c[0], 1.0 / 3), dvec3_scale(c[1], 2.0 / 3)));
-        to[2] = vec3_from(dvec3_add(dvec3_scale(c[1], 2.0 / 3), dvec3_scale(c[2], 1.0 / 3)));
-        to[3] = vec3_from(c[2]);
-    }
-    return SNELL_OK;
-}
-
-/* first: the place on the curve, 0 to 1, of the first point; step: from one to the next. */
-static snell_status add_curve(pbrt *p, const drawn *s, const vec3 *points, size_t count,
-                              const char *basis, double first, double step, const char *kind) {
-    double width = pbrt_float(p, s->params, "width", 1),
-           w0 = pbrt_float(p, s->params, "width0", width),
-           w1 = pbrt_float(p, s->params, "width1", width);
-    if (p->status) return p->status;
-    float *radii = memory_resize(NULL, count, sizeof *radii);
-    if (radii == NULL) return pbrt_blame(p, s->params->place, error_no_memory());
-    for (size_t i = 0; i < count; i++) {
-        double at = first + step * (double)i;
-        radii[i] = (float)double_max((w0 + at * (w1 - w0)) / 2, 0);
-    }
-    const snell_param params[] = {{"points", SNELL_PARAM_ARRAY, {.array = {points, count}}},
-                                  {"radii", SNELL_PARAM_ARRAY, {.array = {radii, count}}},
-                                  {"basis", SNELL_PARAM_STRING, {.s = basis}},
-                                  {"kind", SNELL_PARAM_STRING, {.s = kind}}};
-    dtransform local = dtransform_identity();
-    add_shape(p, s, "curves", params, 4, 0, &local);
-    free(radii);
-    return p->status;
-}
-
-static snell_status curve(pbrt *p, const drawn *s) {
-    size_t count, normals;
-    const double *points = pbrt_numbers(p, s->params, "P", 3, &count);
-    int degree = pbrt_int(p, s->params, "degree", 3);
-    const char *basis = pbrt_string(p, s->params, "basis", "bezier"),
-               *type = pbrt_string(p, s->params, "type", "flat");
-    pbrt_numbers(p, s->params, "N", 3, &normals);
-    pbrt_ignore(s->params, "splitdepth");
-    if (p->status) return p->status;
-    bool spline = strcmp(basis, "bspline") == 0;
-    if ((degree != 2 && degree != 3) || (!spline && strcmp(basis, "bezier") != 0))
-        return pbrt_fail(p, s->params->place, "the basis is bezier or bspline, the degree 2 or 3",
-                         "a curve of basis '%.40s' and degree %d", basis, degree);
-    size_t d = (size_t)degree;
-    if (count < d + 1 || (!spline && (count - 1) % d))
-        return pbrt_fail(p, s->params->place, NULL,
-                         "%zu points are no '%s' curve of degree %d: %s", count, basis, degree,
-                         spline ? "at least one more than the degree"
-                                : "the first, and as many more as its degree for each piece");
-    size_t segments = spline ? count - d : (count - 1) / d;
-    if (strcmp(type, "ribbon") == 0)
-        pbrt_warn(p, s->params->place,
-                  "ribbons that turn by normals are not supported: they face each sight");
-    const char *kind = strcmp(type, "cylinder") == 0 ? "round" : "ribbon";
-    if (pbrt_spend(p, s->params->place, (uint64_t)count * 48)) return p->status;
-    vec3 *made = NULL;
-    double first = 0;
-    if (degree == 3) {
-        made = memory_resize(NULL, count, sizeof *made);
-        if (made == NULL) return pbrt_blame(p, s->params->place, error_no_memory());
-        for (size_t i = 0; i < count; i++)
-            made[i] = (vec3){(float)points[3 * i], (float)points[3 * i + 1],
-                             (float)points[3 * i + 2]};
-        if (spline) first = -1.0 / (double)segments;
-    } else if (raise_degree(p, s, points, spline, segments, &made, &count)) {
-        return p->status;
-    }
-    bool still_spline = spline && degree == 3;
-    double step = 1 / (double)(still_spline ? segments : 3 * segments);
-    add_curve(p, s, made, count, still_spline ? "bspline" : "bezier", first, step, kind);
-    free(made);
-    return p->status;
+    return pbrt_add_shape(p, s, "disk", params, 4, disk_area, &still);
 }
 
 /* ---- any ---- */
@@ -566,7 +551,7 @@ snell_status pbrt_shape(pbrt *p, const pbrt_params *params) {
     } kinds[] = {{"sphere", sphere},           {"cylinder", cylinder},
                  {"disk", disk},               {"trianglemesh", triangle_mesh},
                  {"plymesh", ply_mesh},        {"bilinearmesh", bilinear_mesh},
-                 {"loopsubdiv", loop_subdivision}, {"curve", curve}};
+                 {"loopsubdiv", loop_subdivision}, {"curve", pbrt_curve}};
     static const double opaque[3] = {1, 1, 1};
     const char *names[8];
     size_t i = 0;

@@ -51,12 +51,16 @@ static bool read_value(pbrt *p, const pbrt_params *params, const char *name, boo
     return true;
 }
 
+static pbrt_texture constant_node(double value) {
+    return (pbrt_texture){
+        .kind = PBRT_CONSTANT, .value = {value, value, value}, .nodes = 1, .pixels = 1};
+}
+
 /* A part of a node: a texture, or a constant. */
 static size_t read_part(pbrt *p, const pbrt_params *params, const char *name, bool is_float,
                         double otherwise) {
     pbrt_param *param = pbrt_find(params, name);
-    pbrt_texture node = {.kind = PBRT_CONSTANT, .value = {otherwise, otherwise, otherwise}};
-    node.nodes = node.pixels = 1;
+    pbrt_texture node = constant_node(otherwise);
     size_t out = 0;
     if (param && strcmp(param->type, "texture") == 0) {
         param->used = true;
@@ -178,9 +182,10 @@ static void checkerboard(pbrt *p, const pbrt_params *params, bool is_float, pbrt
 static void dots(pbrt *p, const pbrt_params *params, bool is_float, pbrt_texture *t) {
     pbrt_warn(p, params->place, "the texture 'dots' is not supported: it is what is outside");
     pbrt_ignore(params, "inside mapping uscale vscale udelta vdelta v1 v2");
+    pbrt_texture one = constant_node(1);
     t->kind = PBRT_SCALE;
     t->parts[0] = read_part(p, params, "outside", is_float, 0);
-    t->parts[1] = read_part(p, params, "none", true, 1);
+    if (!p->status) add_node(p, params->place, &one, &t->parts[1]);
     count_parts(p, t, 2);
 }
 
