@@ -127,7 +127,8 @@ static void transforms_are_those_of_the_book(void **state) {
         "AttributeBegin Translate 4 5 6 CoordinateSystem \"here\" AttributeEnd\n"
         "AttributeBegin CoordSysTransform \"here\" Translate 0 0 1 Shape \"sphere\" AttributeEnd\n"
         "AttributeBegin LookAt 1 2 3  1 2 9  0 1 0 Shape \"sphere\" AttributeEnd\n"
-        "AttributeBegin CoordSysTransform \"camera\" Translate 0 0 2 Shape \"sphere\" AttributeEnd\n"
+        "AttributeBegin CoordSysTransform \"camera\" Translate 0 0 2 Shape \"sphere\" "
+        "AttributeEnd\n"
         "CoordSysTransform \"nowhere\"\n");
     stands(d, 0, -1, 2, 3);
     stands(d, 1, -2, 3, 4);
@@ -202,11 +203,12 @@ static void what_moves_has_two_keys(void **state) {
 
 static void cameras_see_what_pbrt_sees(void **state) {
     (void)state;
-    description *d = read_world("LookAt 1 2 3  1 2 8  0 1 0\n"
-                                "Camera \"perspective\" \"float fov\" 60 \"float lensradius\" 0.5\n"
-                                "\"float focaldistance\" 7\n"
-                                "Film \"rgb\" \"integer xresolution\" 400 \"integer yresolution\" 300",
-                                "");
+    description *d =
+        read_world("LookAt 1 2 3  1 2 8  0 1 0\n"
+                   "Camera \"perspective\" \"float fov\" 60 \"float lensradius\" 0.5\n"
+                   "\"float focaldistance\" 7\n"
+                   "Film \"rgb\" \"integer xresolution\" 400 \"integer yresolution\" 300",
+                   "");
     const object *camera = object_at(d, CATEGORY_CAMERA, 0, "perspective");
     vector_is(camera, "from", -1, 2, 3);
     vector_is(camera, "at", -1, 2, 4);
@@ -256,14 +258,15 @@ static void settings_are_read(void **state) {
     number_is(render, "filter_radius", 1.5);
     is_silent(d);
     description_destroy(d);
-    d = read_world("Film \"rgb\" \"integer xresolution\" [64] \"integer yresolution\" [48] \"string "
-                   "filename\" \"x.exr\"\n"
-                   "Sampler \"stratified\" \"integer xsamples\" 3 \"integer ysamples\" 5\n"
-                   "Integrator \"path\" \"integer maxdepth\" 9 \"bool regularize\" true\n"
-                   "PixelFilter \"triangle\" \"float xradius\" 1 \"float yradius\" 1\n"
-                   "Accelerator \"bvh\" Option \"seed\" 3 Option \"string x\" [\"y\"]\n"
-                   "ColorSpace \"rec2020\"",
-                   "");
+    d = read_world(
+        "Film \"rgb\" \"integer xresolution\" [64] \"integer yresolution\" [48] \"string "
+        "filename\" \"x.exr\"\n"
+        "Sampler \"stratified\" \"integer xsamples\" 3 \"integer ysamples\" 5\n"
+        "Integrator \"path\" \"integer maxdepth\" 9 \"bool regularize\" true\n"
+        "PixelFilter \"triangle\" \"float xradius\" 1 \"float yradius\" 1\n"
+        "Accelerator \"bvh\" Option \"seed\" 3 Option \"string x\" [\"y\"]\n"
+        "ColorSpace \"rec2020\"",
+        "");
     render = description_setting(d, "render");
     assert_int_equal(int_of(render, "width"), 64);
     assert_int_equal(int_of(render, "samples"), 15);
@@ -310,8 +313,8 @@ static void shapes_become_what_they_are(void **state) {
     near((double)radii[3], 0.5);
     assert_int_equal(int_of(curve, "kind"), 0);
     /* The cubic of a parabola: its second point is two thirds of the way. */
-    const vec3 *points = *(const vec3 *const *)field_of(object_at(d, CATEGORY_SHAPE, 6, "curves"),
-                                                        "points");
+    const vec3 *points =
+        *(const vec3 *const *)field_of(object_at(d, CATEGORY_SHAPE, 6, "curves"), "points");
     near3(points[1], -2, 0, 0);
     near3(points[2], -3, 1, 0);
     const mesh_desc *part = object_at(d, CATEGORY_SHAPE, 5, "mesh")->desc;
@@ -326,14 +329,16 @@ static void shapes_become_what_they_are(void **state) {
 
 static void strands_are_gathered(void **state) {
     (void)state;
-    static const char hair[] = "Scale 2 2 2\n"
-                               "Shape \"curve\" \"point3 P\" [0 0 0 0 1 0 0 2 0 0 3 0]\n"
-                               "Shape \"curve\" \"point3 P\" [1 0 0 1 1 0 1 2 0 1 3 0]\n"
-                               "Material \"conductor\"\n"
-                               "Shape \"curve\" \"string basis\" \"bspline\" \"point3 P\" [0 0 0 0 1 "
-                               "0 0 2 0 0 3 0 0 4 0] \"float width0\" 1 \"float width1\" 3\n";
+    static const char hair[] =
+        "Scale 2 2 2\n"
+        "Shape \"curve\" \"point3 P\" [0 0 0 0 1 0 0 2 0 0 3 0]\n"
+        "Shape \"curve\" \"point3 P\" [1 0 0 1 1 0 1 2 0 1 3 0]\n"
+        "Material \"conductor\"\n"
+        "Shape \"curve\" \"string basis\" \"bspline\" \"point3 P\" [0 0 0 0 1 "
+        "0 0 2 0 0 3 0 0 4 0] \"float width0\" 1 \"float width1\" 3\n";
     char text[1000];
-    snprintf(text, sizeof text, "ObjectBegin \"o\" %s ObjectEnd ObjectInstance \"o\" %s", hair, hair);
+    snprintf(text, sizeof text, "ObjectBegin \"o\" %s ObjectEnd ObjectInstance \"o\" %s", hair,
+             hair);
     description *d = read_world("", text);
     assert_int_equal(d->objects[CATEGORY_SHAPE].count, 5); /* two, the object, and two */
     const object *two = object_at(d, CATEGORY_SHAPE, 0, "curves");
@@ -388,7 +393,8 @@ static void meshes_are_read_from_files(void **state) {
                               "property list uchar int vertex_indices\nend_header\n"
                               "0 0 0\n1 0 0\n1 1 0\n0 1 0\n3 0 1 2\n3 0 2 3\n";
     write_file("card.ply", ply, sizeof ply - 1);
-    description *d = read_world("", "Translate 1 2 3 Shape \"plymesh\" \"string filename\" \"card.ply\"");
+    description *d =
+        read_world("", "Translate 1 2 3 Shape \"plymesh\" \"string filename\" \"card.ply\"");
     const mesh_desc *m = object_at(d, CATEGORY_SHAPE, 0, "mesh")->desc;
     assert_int_equal(mesh_triangle_count(m), 2);
     assert_int_equal(m->normals_count, 0); /* pbrt makes none */
@@ -437,7 +443,8 @@ static void materials_become_the_nearest_model(void **state) {
         "Material \"conductor\" \"rgb reflectance\" [.9 .5 .1] Shape \"sphere\"\n"
         "MakeNamedMaterial \"a\" \"string type\" \"diffuse\"\n"
         "MakeNamedMaterial \"b\" \"string type\" \"conductor\"\n"
-        "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25 Shape \"sphere\"\n"
+        "Material \"mix\" \"string materials\" [\"a\" \"b\"] \"float amount\" .25 Shape "
+        "\"sphere\"\n"
         "NamedMaterial \"a\" Shape \"sphere\"\n"
         "Material \"interface\" Shape \"sphere\"\n");
     const object *m = object_at(d, CATEGORY_MATERIAL, 0, "lambert");
@@ -522,12 +529,14 @@ static void textures_are_folded_placed_and_baked(void **state) {
         "Texture \"s\" \"spectrum\" \"scale\" \"texture tex\" \"c\" \"texture scale\" \"h\"\n"
         "Texture \"m\" \"spectrum\" \"mix\" \"texture tex1\" \"c\" \"rgb tex2\" [1 1 1] \"float "
         "amount\" .25\n"
-        "Texture \"i\" \"spectrum\" \"imagemap\" \"string filename\" \"two.pfm\" \"float uscale\" 3\n"
+        "Texture \"i\" \"spectrum\" \"imagemap\" \"string filename\" \"two.pfm\" \"float uscale\" "
+        "3\n"
         "\"float vdelta\" .5 \"string wrap\" \"clamp\" \"string filter\" \"point\" \"float scale\" "
         "2\n"
         "Texture \"k\" \"spectrum\" \"checkerboard\" \"float uscale\" 4 \"float vscale\" 4 \"rgb "
         "tex1\" [1 0 0]\n"
-        "Texture \"n\" \"float\" \"imagemap\" \"string filename\" \"two.pfm\" \"bool invert\" true\n"
+        "Texture \"n\" \"float\" \"imagemap\" \"string filename\" \"two.pfm\" \"bool invert\" "
+        "true\n"
         "Texture \"b\" \"spectrum\" \"scale\" \"texture tex\" \"k\" \"texture scale\" \"n\"\n"
         "Material \"diffuse\" \"texture reflectance\" \"s\" Shape \"sphere\"\n"
         "Material \"diffuse\" \"texture reflectance\" \"m\" Shape \"sphere\"\n"
@@ -600,8 +609,10 @@ static void lights_have_pbrts_photometry(void **state) {
         "Translate 1 0 0\n"
         "LightSource \"point\" \"rgb I\" [1 2 3] \"float scale\" 5 \"point3 from\" [1 2 3]\n"
         "LightSource \"point\" \"float power\" 100\n"
-        "LightSource \"spot\" \"float power\" 10 \"float coneangle\" 40 \"float conedeltaangle\" 10\n"
-        "LightSource \"distant\" \"float illuminance\" 7 \"point3 from\" [0 9 0] \"point3 to\" [0 0 "
+        "LightSource \"spot\" \"float power\" 10 \"float coneangle\" 40 \"float conedeltaangle\" "
+        "10\n"
+        "LightSource \"distant\" \"float illuminance\" 7 \"point3 from\" [0 9 0] \"point3 to\" [0 "
+        "0 "
         "0]\n"
         "LightSource \"infinite\" \"float illuminance\" 3\n"
         "LightSource \"infinite\" \"blackbody L\" 3000\n"
@@ -669,14 +680,15 @@ static void spectra_become_colours(void **state) {
     (void)state;
     write_file("half.spd", "# a comment\n300 .5\n900 .5\n", 27);
     description *d = read_world(
-        "", "Material \"diffuse\" \"spectrum reflectance\" [300 .25 900 .25] Shape \"sphere\"\n"
-            "Material \"diffuse\" \"spectrum reflectance\" [620 1 900 1] Shape \"sphere\"\n"
-            "Material \"diffuse\" \"spectrum reflectance\" \"half.spd\" Shape \"sphere\"\n"
-            "ColorSpace \"rec2020\" Material \"diffuse\" \"rgb reflectance\" [.5 .5 .5] Shape "
-            "\"sphere\"\n"
-            "ColorSpace \"srgb\"\n"
-            "Material \"conductor\" \"spectrum eta\" [300 1.5 900 1.5] \"spectrum k\" [300 2 900 2] "
-            "Shape \"sphere\"\n");
+        "",
+        "Material \"diffuse\" \"spectrum reflectance\" [300 .25 900 .25] Shape \"sphere\"\n"
+        "Material \"diffuse\" \"spectrum reflectance\" [620 1 900 1] Shape \"sphere\"\n"
+        "Material \"diffuse\" \"spectrum reflectance\" \"half.spd\" Shape \"sphere\"\n"
+        "ColorSpace \"rec2020\" Material \"diffuse\" \"rgb reflectance\" [.5 .5 .5] Shape "
+        "\"sphere\"\n"
+        "ColorSpace \"srgb\"\n"
+        "Material \"conductor\" \"spectrum eta\" [300 1.5 900 1.5] \"spectrum k\" [300 2 900 2] "
+        "Shape \"sphere\"\n");
     vec3 c = input_of(object_at(d, CATEGORY_MATERIAL, 0, "lambert"), "color").value;
     for (int i = 0; i < 3; i++) near_to((double)((const float *)&c)[i], 0.25, 1e-3);
     c = input_of(object_at(d, CATEGORY_MATERIAL, 1, "lambert"), "color").value;
@@ -704,7 +716,8 @@ static void text_is_free_in_its_form(void **state) {
         "Shape\"sphere\"\n"
         "Import \"part.pbrt\" Shape \"sphere\"\n" /* which leaves the transform as it was */
         "Include \"part.pbrt\" Shape \"sphere\"\n"
-        "MakeNamedMaterial \"a \\\"b\\\\\" \"string type\" \"diffuse\" NamedMaterial \"a \\\"b\\\\\" "
+        "MakeNamedMaterial \"a \\\"b\\\\\" \"string type\" \"diffuse\" NamedMaterial \"a "
+        "\\\"b\\\\\" "
         "Shape \"sphere\"");
     assert_int_equal(int_of(description_setting(d, "render"), "width"), 10);
     assert_int_equal(int_of(description_setting(d, "render"), "height"), 20);
@@ -750,15 +763,16 @@ static void what_is_wrong_is_said_with_its_place(void **state) {
          "no spectrum texture"},
         {"WorldBegin\nMaterial \"diffuse\" \"rgb reflectance\" [1 2 3]", 2, 20, "a fraction"},
         {"WorldBegin\nMaterial \"diffuse\" \"spectrum reflectance\" [2 1 1 1]", 2, 20, "ascend"},
-        {"WorldBegin\nMaterial \"diffuse\" \"spectrum reflectance\" \"none.spd\"", 2, 20, "cannot open"},
+        {"WorldBegin\nMaterial \"diffuse\" \"spectrum reflectance\" \"none.spd\"", 2, 20,
+         "cannot open"},
         {"WorldBegin\nCamera \"perspective\"", 2, 1, "before WorldBegin"},
         {"Shape \"sphere\"\nWorldBegin", 1, 1, "after WorldBegin"},
         {"Camera \"perspective\" \"float fov\" 180\nWorldBegin", 1, 1, "'fov'"},
         {"Camera \"perspective\" \"float shutterclose\" 0\nWorldBegin", 1, 1, "shutter"},
         {"Film \"rgb\" \"integer xresolution\" 0\nWorldBegin", 1, 1, "pixels"},
         {"Film \"rgb\" \"integer xresolution\" 1.5\nWorldBegin", 1, 34, "whole number"},
-        {"WorldBegin\nShape \"trianglemesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 1]", 2, 1,
-         "index 1 of 1"},
+        {"WorldBegin\nShape \"trianglemesh\" \"point3 P\" [0 0 0] \"integer indices\" [0 0 1]", 2,
+         1, "index 1 of 1"},
         {"WorldBegin\nInclude \"none.pbrt\"", 2, 9, "cannot open"},
         {"WorldBegin\nInclude \"scene.pbrt\"", 1, 1, "before WorldBegin"},
         {"Include \"scene.pbrt\"", 1, 9, "too many files"},
@@ -811,7 +825,8 @@ static void damaged_files_do_no_harm(void **state) {
         "\"integer indices\" [0 2 1 0 1 3 0 3 2 1 2 3]\n"
         "ObjectBegin \"o\" Shape \"curve\" \"point3 P\" [0 0 0 0 1 0 0 2 0 0 3 0] ObjectEnd\n"
         "ActiveTransform EndTime Translate 1 0 0 ObjectInstance \"o\" Shape \"sphere\"\n";
-    static const char *const words[] = {"-1", "0 ", "1e38", "99999999999", "\"", "[", "]", "WorldBegin"};
+    static const char *const words[] = {"-1", "0 ", "1e38", "99999999999",
+                                        "\"", "[",  "]",    "WorldBegin"};
     size_t total = getenv("SNELL_FULL") ? 100000 : 10000;
     uint64_t random = 11;
     size_t good = 0;

@@ -28,8 +28,9 @@ static int stop(void **state) {
 static void render(const char *before, const char *world) {
     FILE *file = fopen(path, "wb");
     assert_non_null(file);
-    fprintf(file, "Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 8\n%s\n"
-                  "PixelFilter \"box\"\nWorldBegin\n%s\n",
+    fprintf(file,
+            "Film \"rgb\" \"integer xresolution\" 16 \"integer yresolution\" 8\n%s\n"
+            "PixelFilter \"box\"\nWorldBegin\n%s\n",
             before, world);
     assert_int_equal(fclose(file), 0);
     rig_clear(&bench);
@@ -50,16 +51,17 @@ static void shows(uint32_t x, uint32_t y, double r, double g, double b, double t
     const double want[3] = {r, g, b};
     for (int i = 0; i < 3; i++) {
         if (!(fabs(got.c[i] - want[i]) <= tolerance * (want[i] + 1e-3)))
-            print_error("(%u, %u) is %g %g %g, not %g %g %g\n", x, y, got.c[0],
-                        got.c[1], got.c[2], r, g, b);
+            print_error("(%u, %u) is %g %g %g, not %g %g %g\n", x, y, got.c[0], got.c[1], got.c[2],
+                        r, g, b);
         assert_true(fabs(got.c[i] - want[i]) <= tolerance * (want[i] + 1e-3));
     }
 }
 
 /* Straight down on a plane of reflectance 1/2, a millimetre wide. */
-static const char above[] = "LookAt 0 5 0 0 0 0 0 0 1 Camera \"orthographic\" \"float screenwindow\" "
-                            "[-.002 .002 -.001 .001] \"float shutterclose\" 2\n"
-                            "Sampler \"zsobol\" \"integer pixelsamples\" 16";
+static const char above[] =
+    "LookAt 0 5 0 0 0 0 0 0 1 Camera \"orthographic\" \"float screenwindow\" "
+    "[-.002 .002 -.001 .001] \"float shutterclose\" 2\n"
+    "Sampler \"zsobol\" \"integer pixelsamples\" 16";
 static const char floor_below[] =
     "Shape \"bilinearmesh\" \"point3 P\" [-9 0 -9 9 0 -9 -9 0 9 9 0 9]\n";
 
@@ -75,7 +77,8 @@ static void lit_by(const char *lights, double irradiance, double tolerance) {
 /* Lambert's law, and 2: the shutter is open for two seconds. */
 static void a_plane_has_the_light_that_it_should(void **state) {
     (void)state;
-    lit_by("LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]", 2 * 10 / 4.0, 1e-4);
+    lit_by("LightSource \"point\" \"rgb I\" [10 10 10] \"point3 from\" [0 2 0]", 2 * 10 / 4.0,
+           1e-4);
     lit_by("LightSource \"point\" \"float power\" 100 \"point3 from\" [3 4 0]",
            2 * 100 / (4 * PI) / 25 * 0.8, 1e-3);
     lit_by("LightSource \"spot\" \"rgb I\" [1 1 1] \"point3 from\" [0 2 0] \"point3 to\" [0 0 0]",
@@ -151,8 +154,10 @@ static void the_panorama_lies_as_in_pbrt(void **state) {
  * y, the first pixel that of -x and -y; the poles are z. */
 static void the_surroundings_lie_as_in_pbrt(void **state) {
     (void)state;
-    static const float rows[4][3] = {{0, 0, 1}, {1, 1, 0}, /* the bottom row: y > 0 */
-                                     {1, 0, 0}, {0, 1, 0}};
+    static const float rows[4][3] = {{0, 0, 1},
+                                     {1, 1, 0}, /* the bottom row: y > 0 */
+                                     {1, 0, 0},
+                                     {0, 1, 0}};
     char sky[340], world[1000];
     snprintf(sky, sizeof sky, "%s.pfm", path);
     FILE *file = fopen(sky, "wb");

@@ -3,6 +3,7 @@
  *     pbrt.c            the importer, and what each directive does to the graphics state
  *     pbrt_text.c       words, strings, parameter lists, included files
  *     pbrt_params.c     values out of parameter lists
+ *     pbrt_transforms.c matrices, and the directives that change the current one
  *     pbrt_spectrum.c   spectra to linear Rec. 709
  *     pbrt_view.c       what stands before WorldBegin: camera, film, sampler, integrator, filter
  *     pbrt_lights.c     light sources
@@ -10,6 +11,7 @@
  *     pbrt_bake.c       textures that have no counterpart, as images
  *     pbrt_materials.c  materials
  *     pbrt_shapes.c     shapes and where they stand
+ *     pbrt_rounds.c     spheres, cylinders, disks
  *     pbrt_curves.c     curves
  *     pbrt_meshes.c     triangles: meshes of files, Loop's subdivision, parts of quadrics
  *
@@ -36,8 +38,8 @@ typedef enum pbrt_token_kind {
 
 typedef struct pbrt_text { /* a file that is being read */
     const char *path;
-    char *data;            /* owned; data[size] is 0 */
-    const char *at, *end;  /* what is left of it */
+    char *data;           /* owned; data[size] is 0 */
+    const char *at, *end; /* what is left of it */
     const char *line_start;
     uint32_t line;
 } pbrt_text;
@@ -87,16 +89,16 @@ typedef enum pbrt_texture_kind {
 typedef struct pbrt_texture {
     pbrt_texture_kind kind;
     double value[3];
-    double corners[4][3]; /* bilerp: v00 v01 v10 v11 */
-    size_t parts[3];      /* mix: tex1 tex2 amount; scale: tex scale; checker: tex1 tex2 */
+    double corners[4][3];       /* bilerp: v00 v01 v10 v11 */
+    size_t parts[3];            /* mix: tex1 tex2 amount; scale: tex scale; checker: tex1 tex2 */
     double scale[2], offset[2]; /* of u, v */
     int wrap;                   /* index into pbrt_wrap_words */
     bool nearest;
-    decoded_image image; /* 8 bits as they are, or floats */
-    double gamma; /* of 8 bits; 0: sRGB */
+    decoded_image image;   /* 8 bits as they are, or floats */
+    double gamma;          /* of 8 bits; 0: sRGB */
     bool invert, is_float; /* is_float: an image counts by its mean */
     double factor;         /* of an image */
-    const char *noise; /* snell's kind */
+    const char *noise;     /* snell's kind */
     double size, gain;
     int octaves;
     uint32_t nodes;  /* of the tree, with itself */
@@ -110,7 +112,7 @@ typedef struct pbrt_texture {
 
 enum { PBRT_PARAMS_MAX = 24 };
 typedef struct pbrt_material {
-    char *name; /* owned; NULL: unnamed */
+    char *name;       /* owned; NULL: unnamed */
     const char *type; /* snell's; NULL: "interface", there is nothing */
     snell_param list[PBRT_PARAMS_MAX];
     size_t count;
@@ -212,7 +214,7 @@ typedef struct pbrt {
     size_t variant_count, variant_capacity;
     vec3 *medium_list; /* absorption of each */
     size_t medium_count, medium_capacity;
-    json_t *objects;   /* name -> the group's shape + 1; 0: empty */
+    json_t *objects; /* name -> the group's shape + 1; 0: empty */
     bool in_object;
     char *object_name; /* owned */
     uint32_t *parts;   /* instances of the object that is open */
@@ -250,7 +252,8 @@ snell_status pbrt_with_file(pbrt *p, const char *name, source_place place,
 bool pbrt_to_number(const char *word, double *out);
 
 /* ---- pbrt_params.c: a parameter of another type or size is an error ---- */
-pbrt_param *pbrt_find(const pbrt_params *params, const char *name); /* NULL: none; does not use it */
+pbrt_param *pbrt_find(const pbrt_params *params,
+                      const char *name); /* NULL: none; does not use it */
 double pbrt_float(pbrt *p, const pbrt_params *params, const char *name, double otherwise);
 int pbrt_int(pbrt *p, const pbrt_params *params, const char *name, int otherwise);
 bool pbrt_bool(pbrt *p, const pbrt_params *params, const char *name, bool otherwise);
@@ -277,15 +280,14 @@ typedef enum pbrt_spectrum_use {
 /* A parameter of a spectrum's types to linear Rec. 709, never negative. */
 snell_status pbrt_spectrum(pbrt *p, pbrt_param *param, pbrt_spectrum_use use, double out[3]);
 /* By name; *found says whether there is one. */
-snell_status pbrt_color(pbrt *p, const pbrt_params *params, const char *name,
-                        pbrt_spectrum_use use, const double otherwise[3], double out[3],
-                        bool *found);
+snell_status pbrt_color(pbrt *p, const pbrt_params *params, const char *name, pbrt_spectrum_use use,
+                        const double otherwise[3], double out[3], bool *found);
 /* The index of refraction, a float or a spectrum, at the sodium line. */
 double pbrt_index(pbrt *p, const pbrt_params *params, const char *name, double otherwise);
 /* By which a colour is multiplied that this daylight (K) is to make white. */
 void pbrt_white_balance(double temperature, double out[3]);
 
-/* ---- transforms ---- */
+/* ---- pbrt_transforms.c ---- */
 bool pbrt_inverse(const dtransform *m, dtransform *out); /* false: singular or not finite */
 /* From pbrt's coordinates at the current transform to snell's world. */
 dtransform pbrt_to_world(const pbrt *p, int which);
@@ -293,6 +295,19 @@ double pbrt_determinant(const dtransform *m);
 dvec3 pbrt_point(const dtransform *m, dvec3 v);
 dvec3 pbrt_vector(const dtransform *m, dvec3 v);
 bool pbrt_is_animated(const pbrt *p);
+snell_status pbrt_name_system(pbrt *p, const char *name, const dtransform system[2]);
+/* The directives: the word was read, what follows it was not. */
+snell_status pbrt_do_identity(pbrt *p);
+snell_status pbrt_do_translate(pbrt *p);
+snell_status pbrt_do_scale(pbrt *p);
+snell_status pbrt_do_rotate(pbrt *p);
+snell_status pbrt_do_look_at(pbrt *p);
+snell_status pbrt_do_transform(pbrt *p);
+snell_status pbrt_do_concat_transform(pbrt *p);
+snell_status pbrt_do_coordinate_system(pbrt *p);
+snell_status pbrt_do_coord_sys_transform(pbrt *p);
+snell_status pbrt_do_active_transform(pbrt *p);
+snell_status pbrt_do_transform_times(pbrt *p);
 
 /* ---- the objects ---- */
 snell_status pbrt_begin_world(pbrt *p); /* pbrt_view.c */
@@ -361,7 +376,18 @@ snell_status pbrt_add_shape(pbrt *p, const pbrt_drawn *s, const char *type,
                             const dtransform *local);
 /* An instance that was made is a part of the object that is open, if there is one. */
 snell_status pbrt_add_part(pbrt *p, source_place place, uint32_t made);
+/* The mesh, in the shape's own space, is freed. */
+snell_status pbrt_add_mesh(pbrt *p, const pbrt_drawn *s, pbrt_mesh *mesh);
+bool pbrt_needs_uvs(const pbrt *p, const pbrt_drawn *s);
+/* pbrt's way to make a light that is not seen: alpha 0, which it shines through. */
+bool pbrt_is_hidden_light(const pbrt *p, const pbrt_drawn *s);
+/* where: count fields of the light of that type, at most 6. */
+snell_status pbrt_add_hidden_light(pbrt *p, const pbrt_drawn *s, const char *type, double area,
+                                   const snell_param *where, size_t count);
 snell_status pbrt_curve(pbrt *p, const pbrt_drawn *s);
+snell_status pbrt_sphere(pbrt *p, const pbrt_drawn *s);
+snell_status pbrt_cylinder(pbrt *p, const pbrt_drawn *s);
+snell_status pbrt_disk(pbrt *p, const pbrt_drawn *s);
 
 snell_status pbrt_tessellate(pbrt *p, source_place place, uint32_t columns, uint32_t rows,
                              pbrt_surface_fn *at, const void *user, pbrt_mesh *out);

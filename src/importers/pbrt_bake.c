@@ -27,8 +27,7 @@ snell_status pbrt_read_image(pbrt *p, const char *name, source_place place, deco
                                             : image_decode(data, size, most, out);
     free(data);
     if (status == SNELL_ERR_MEMORY) return pbrt_blame(p, place, status);
-    if (status)
-        return pbrt_warn(p, place, "%s: '%.60s' is left out", error_last()->text, name);
+    if (status) return pbrt_warn(p, place, "%s: '%.60s' is left out", error_last()->text, name);
     *found = true;
     if (out->damaged) pbrt_warn(p, place, "'%.60s' is damaged: part of it is grey", name);
     return pbrt_spend(p, place,

@@ -11,7 +11,8 @@ typedef struct strand {
     vec3 *points; /* owned */
     size_t count;
     const char *basis, *kind;
-    double first, step; /* how far along the curve, 0 to 1, the first point is; from one to the next */
+    double first,
+        step; /* how far along the curve, 0 to 1, the first point is; from one to the next */
     double width0, width1;
 } strand;
 
@@ -46,9 +47,9 @@ snell_status pbrt_flush_strands(pbrt *p) {
     object_source source = {NULL, g->place.file, g->place.line};
     uint32_t shape, made;
     list_params(g, params);
-    snell_status status = description_add(p->d, CATEGORY_SHAPE, "curves", params, 5, source, &shape);
-    if (!status)
-        status = description_add_instance(p->d, shape, g->material, &still, source, &made);
+    snell_status status =
+        description_add(p->d, CATEGORY_SHAPE, "curves", params, 5, source, &shape);
+    if (!status) status = description_add_instance(p->d, shape, g->material, &still, source, &made);
     g->point_count = g->start_count = 0;
     return status ? pbrt_blame(p, g->place, status) : pbrt_add_part(p, g->place, made);
 }
@@ -124,8 +125,7 @@ static snell_status make_points(pbrt *p, const pbrt_drawn *s, const double *from
     if (out->points == NULL) return pbrt_blame(p, s->params->place, error_no_memory());
     if (raised) raise_degree(from, spline, segments, out->points);
     for (size_t i = 0; !raised && i < count; i++)
-        out->points[i] =
-            (vec3){(float)from[3 * i], (float)from[3 * i + 1], (float)from[3 * i + 2]};
+        out->points[i] = (vec3){(float)from[3 * i], (float)from[3 * i + 1], (float)from[3 * i + 2]};
     return SNELL_OK;
 }
 
@@ -137,8 +137,8 @@ static snell_status check_points(pbrt *p, const pbrt_drawn *s, const char *basis
                          "a curve of basis '%.40s' and degree %d", basis, degree);
     size_t d = (size_t)degree;
     if (count < d + 1 || (!spline && (count - 1) % d))
-        return pbrt_fail(p, s->params->place, NULL,
-                         "%zu points are no '%s' curve of degree %d: %s", count, basis, degree,
+        return pbrt_fail(p, s->params->place, NULL, "%zu points are no '%s' curve of degree %d: %s",
+                         count, basis, degree,
                          spline ? "at least one more than the degree"
                                 : "the first, and as many more as its degree for each piece");
     return SNELL_OK;

@@ -37,8 +37,9 @@ static snell_param color_param(const char *name, vec3 v, double factor) {
 }
 
 static snell_status warn_of_motion(pbrt *p, const pbrt_params *params) {
-    return pbrt_is_animated(p) ? pbrt_warn(p, params->place, "lights do not move: they stand where "
-                                                              "they are at the start")
+    return pbrt_is_animated(p) ? pbrt_warn(p, params->place,
+                                           "lights do not move: they stand where "
+                                           "they are at the start")
                                : p->status;
 }
 
@@ -97,8 +98,9 @@ static snell_status distant_light(pbrt *p, const pbrt_params *params) {
     if (!(dvec3_length(way) > 0))
         return pbrt_fail(p, params->place, "move one of them",
                          "a distant light's 'from' and 'to' are the same point");
-    const snell_param list[] = {{"direction", SNELL_PARAM_VEC3, {.v = vec3_from(dvec3_normalize(way))}},
-                                color_param("irradiance", irradiance, wanted > 0 ? wanted : 1)};
+    const snell_param list[] = {
+        {"direction", SNELL_PARAM_VEC3, {.v = vec3_from(dvec3_normalize(way))}},
+        color_param("irradiance", irradiance, wanted > 0 ? wanted : 1)};
     return add_light(p, params->place, "directional", list, 2);
 }
 
@@ -136,8 +138,9 @@ static snell_status goniometric_light(pbrt *p, const pbrt_params *params) {
     if (seen.found) {
         mean_of(&seen.image, mean);
         image_free(&seen.image);
-        pbrt_warn(p, params->place,
-                  "the picture of a goniometric light is not supported: it shines everywhere alike");
+        pbrt_warn(
+            p, params->place,
+            "the picture of a goniometric light is not supported: it shines everywhere alike");
     }
     double luminance = 0.2126 * mean[0] + 0.7152 * mean[1] + 0.0722 * mean[2];
     vec3 intensity = read_emission(p, params, "I", NULL);
@@ -161,8 +164,9 @@ static snell_status projection_light(pbrt *p, const pbrt_params *params) {
         mean_of(&seen.image, mean);
         image_free(&seen.image);
     }
-    pbrt_warn(p, params->place,
-              "the picture of a projection light is not supported: it is a spot of its mean colour");
+    pbrt_warn(
+        p, params->place,
+        "the picture of a projection light is not supported: it is a spot of its mean colour");
     if (!p->status && !(fov > 0.1 && fov < 179.9))
         return pbrt_fail(p, params->place, NULL, "a projection light cannot have a 'fov' of %g",
                          fov);
@@ -261,8 +265,9 @@ static snell_status spread(pbrt *p, const pbrt_params *params, const decoded_ima
 static snell_status picture_around(pbrt *p, const pbrt_params *params, const decoded_image *image,
                                    double factor, double wanted) {
     if (image->width != image->height)
-        return pbrt_fail(p, params->place, "'imgtool makeequiarea' of pbrt-v4 converts longitude "
-                                           "and latitude",
+        return pbrt_fail(p, params->place,
+                         "'imgtool makeequiarea' of pbrt-v4 converts longitude "
+                         "and latitude",
                          "a picture of the surroundings is square in pbrt-v4, not %u x %u",
                          image->width, image->height);
     double light = wanted > 0 ? illuminance_of(image) : 0;
@@ -298,8 +303,8 @@ snell_status pbrt_light(pbrt *p, const pbrt_params *params) {
     static const struct {
         const char *name;
         snell_status (*read)(pbrt *p, const pbrt_params *params);
-    } types[] = {{"point", point_light},       {"spot", spot_light},
-                 {"distant", distant_light},   {"goniometric", goniometric_light},
+    } types[] = {{"point", point_light},           {"spot", spot_light},
+                 {"distant", distant_light},       {"goniometric", goniometric_light},
                  {"projection", projection_light}, {"infinite", infinite_light}};
     warn_of_motion(p, params);
     for (size_t i = 0; i < sizeof types / sizeof types[0]; i++)
@@ -319,7 +324,8 @@ snell_status pbrt_area_light_of(pbrt *p, const pbrt_params *params, pbrt_area_li
     out->radiance = read_emission(p, params, "L", NULL);
     out->two_sided = pbrt_bool(p, params, "twosided", false);
     out->has_power = power > 0;
-    if (power > 0) out->power = vec3_scale(out->radiance, (float)(power / (out->two_sided ? 2 : 1)));
+    if (power > 0)
+        out->power = vec3_scale(out->radiance, (float)(power / (out->two_sided ? 2 : 1)));
     picture shown;
     if (read_picture(p, params, &shown)) return p->status;
     if (!shown.found) return SNELL_OK;

@@ -37,8 +37,8 @@ static void add_reflectance(pbrt *p, const pbrt_params *params, const char *name
 
 /* pbrt's alpha of GGX is the root of its roughness, unless it says not to remap; snell's alpha is its
  * roughness squared. prefix: "", or "conductor." and "interface.". */
-static void add_roughness(pbrt *p, const pbrt_params *params, const char *prefix,
-                          const char *into, pbrt_material *m) {
+static void add_roughness(pbrt *p, const pbrt_params *params, const char *prefix, const char *into,
+                          pbrt_material *m) {
     char both[40], along[40], across[40];
     snprintf(both, sizeof both, "%sroughness", prefix);
     snprintf(along, sizeof along, "%suroughness", prefix);
@@ -192,8 +192,7 @@ static void coated_conductor(pbrt *p, const pbrt_params *params, pbrt_material *
     add_float(m, "clearcoat", 1);
     add_roughness(p, params, "conductor.", "roughness", m);
     add_roughness(p, params, "interface.", "clearcoat_roughness", m);
-    pbrt_warn(p, params->place,
-              "'coatedconductor' is a metal under clear varnish of index 1.5");
+    pbrt_warn(p, params->place, "'coatedconductor' is a metal under clear varnish of index 1.5");
 }
 
 /* Reduced scattering and absorption, 1/mm: Jensen et al., A Practical Model for Subsurface Light
@@ -247,8 +246,7 @@ static void subsurface(pbrt *p, const pbrt_params *params, pbrt_material *m) {
             memcpy(s, scatterers[i].s, sizeof s);
             memcpy(a, scatterers[i].a, sizeof a);
         } else if (name[0]) {
-            pbrt_warn(p, params->place, "the scattering of '%.40s' is not known: whole milk",
-                      name);
+            pbrt_warn(p, params->place, "the scattering of '%.40s' is not known: whole milk", name);
         }
         for (int k = 0; k < 2; k++) {
             const pbrt_param *given = pbrt_find(params, k ? "sigma_s" : "sigma_a");

@@ -127,7 +127,7 @@ typedef struct half_edge {
     uint32_t face_corner; /* the corner that it begins at: 3 * triangle + 0..2 */
 } half_edge;
 
-typedef struct ring { /* what is around a vertex */
+typedef struct ring {    /* what is around a vertex */
     dvec3 sum, edge_sum; /* of all neighbours; of those along the boundary */
     uint32_t count, edge_count;
 } ring;
@@ -221,8 +221,8 @@ static dvec3 middle_of(const pbrt_mesh *mesh, const half_edge *edge, size_t halv
     return dvec3_add(dvec3_scale(ends, 3.0 / 8), dvec3_scale(across, 1.0 / 8));
 }
 
-static void split(const pbrt_mesh *mesh, const half_edge *edges, const ring *rings, uint32_t *middles,
-                  pbrt_mesh *out) {
+static void split(const pbrt_mesh *mesh, const half_edge *edges, const ring *rings,
+                  uint32_t *middles, pbrt_mesh *out) {
     for (size_t i = 0; i < mesh->count; i++)
         out->positions[i] = smooth(mesh->positions[i], &rings[i],
                                    rings[i].count ? inner_weight(rings[i].count) : 0, 1.0 / 8);
@@ -268,9 +268,8 @@ static snell_status add_normals(pbrt *p, source_place place, pbrt_mesh *mesh) {
     if (mesh->normals == NULL) return pbrt_blame(p, place, error_no_memory());
     for (size_t i = 0; i < mesh->index_count; i += 3) {
         const uint32_t *t = mesh->indices + i;
-        dvec3 a = mesh->positions[t[0]],
-              n = dvec3_cross(dvec3_sub(mesh->positions[t[1]], a),
-                              dvec3_sub(mesh->positions[t[2]], a));
+        dvec3 a = mesh->positions[t[0]], n = dvec3_cross(dvec3_sub(mesh->positions[t[1]], a),
+                                                         dvec3_sub(mesh->positions[t[2]], a));
         for (int k = 0; k < 3; k++) mesh->normals[t[k]] = dvec3_add(mesh->normals[t[k]], n);
     }
     return SNELL_OK;

@@ -74,14 +74,13 @@ snell_status pbrt_add_shape(pbrt *p, const drawn *s, const char *type, const sne
     return place_shape(p, s, shape, area, local, false);
 }
 
-/* pbrt's way to make a light that is not seen: alpha 0, which it shines through. */
-static bool is_hidden_light(const pbrt *p, const drawn *s) {
+bool pbrt_is_hidden_light(const pbrt *p, const drawn *s) {
     return p->state.area.lit && !p->in_object && s->alpha.texture.index1 == 0 &&
            s->alpha.value.x == 0;
 }
 
-static snell_status add_hidden_light(pbrt *p, const drawn *s, const char *type, double area,
-                                     const snell_param *where, size_t count) {
+snell_status pbrt_add_hidden_light(pbrt *p, const drawn *s, const char *type, double area,
+                                   const snell_param *where, size_t count) {
     const pbrt_area_light *light = &p->state.area;
     vec3 radiance = light->has_power
                         ? vec3_scale(light->power, (float)(area > 0 ? 1 / (PI * area) : 0))
@@ -92,9 +91,9 @@ static snell_status add_hidden_light(pbrt *p, const drawn *s, const char *type, 
     memcpy(params + 2, where, count * sizeof *where);
     if (light->two_sided)
         pbrt_warn(p, s->params->place, "a light that is not seen shines from its outside alone");
-    return pbrt_blame(p, s->params->place,
-                      description_add(p->d, CATEGORY_LIGHT, type, params, 2 + count, source_of(s),
-                                      &made));
+    return pbrt_blame(
+        p, s->params->place,
+        description_add(p->d, CATEGORY_LIGHT, type, params, 2 + count, source_of(s), &made));
 }
 
 /* ---- meshes ---- */
@@ -168,9 +167,9 @@ static bool make_arrays(const pbrt_mesh *mesh, arrays *out) {
     return true;
 }
 
-/* What stands still is in the world then. The mesh is freed. */
-static snell_status add_mesh(pbrt *p, const drawn *s, pbrt_mesh *mesh) {
-    if (is_hidden_light(p, s)) {
+/* What stands still is in the world then. */
+snell_status pbrt_add_mesh(pbrt *p, const drawn *s, pbrt_mesh *mesh) {
+    if (pbrt_is_hidden_light(p, s)) {
         pbrt_mesh_free(mesh);
         return pbrt_warn(p, s->params->place,
                          "of lights with alpha 0 only spheres, disks and parallelograms are "
@@ -216,7 +215,8 @@ static snell_status read_mesh(pbrt *p, const drawn *s, size_t per, size_t triang
     size_t count, normals, uvs, index_count;
     const double *position = pbrt_numbers(p, s->params, "P", 3, &count),
                  *normal = pbrt_numbers(p, s->params, "N", 3, &normals),
-                 *uv = pbrt_numbers(p, s->params, pbrt_find(s->params, "st") ? "st" : "uv", 2, &uvs);
+                 *uv =
+                     pbrt_numbers(p, s->params, pbrt_find(s->params, "st") ? "st" : "uv", 2, &uvs);
     *indices = pbrt_numbers(p, s->params, "indices", 1, &index_count);
     pbrt_ignore(s->params, "S faceIndices");
     source_place place = s->params->place;
@@ -265,7 +265,7 @@ static snell_status corner_uvs(pbrt *p, const drawn *s, pbrt_mesh *mesh) {
     return SNELL_OK;
 }
 
-static bool needs_uvs(const pbrt *p, const drawn *s) {
+bool pbrt_needs_uvs(const pbrt *p, const drawn *s) {
     return p->materials[p->state.material].textured || s->alpha.texture.index1;
 }
 
@@ -273,7 +273,8 @@ static snell_status add_quad(pbrt *p, const drawn *s, dvec3 corner, dvec3 u, dve
 
 /* Two triangles that are a parallelogram, as the light that they are. */
 static bool as_hidden_quad(pbrt *p, const drawn *s, const pbrt_mesh *mesh) {
-    if (!is_hidden_light(p, s) || mesh->index_count != 6 || p->state.area.has_power) return false;
+    if (!pbrt_is_hidden_light(p, s) || mesh->index_count != 6 || p->state.area.has_power)
+        return false;
     const uint32_t *t = mesh->indices;
     for (int k = 0; k < 3; k++) { /* the diagonal is opposite to k */
         dvec3 corner = mesh->positions[t[k]], a = mesh->positions[t[(k + 1) % 3]],
@@ -294,9 +295,9 @@ static snell_status triangle_mesh(pbrt *p, const drawn *s) {
     size_t groups;
     if (!read_mesh(p, s, 3, 1, &mesh, &indices, &groups)) {
         for (size_t i = 0; i < mesh.index_count; i++) mesh.indices[i] = (uint32_t)indices[i];
-        if (mesh.uvs == NULL && needs_uvs(p, s)) corner_uvs(p, s, &mesh);
+        if (mesh.uvs == NULL && pbrt_needs_uvs(p, s)) corner_uvs(p, s, &mesh);
     }
-    if (!p->status && !as_hidden_quad(p, s, &mesh)) return add_mesh(p, s, &mesh);
+    if (!p->status && !as_hidden_quad(p, s, &mesh)) return pbrt_add_mesh(p, s, &mesh);
     pbrt_mesh_free(&mesh);
     return p->status;
 }
@@ -319,7 +320,7 @@ static snell_status loop_subdivision(pbrt *p, const drawn *s) {
         mesh.uvs = NULL;
         pbrt_subdivide(p, s->params->place, levels, &mesh);
     }
-    if (!p->status) return add_mesh(p, s, &mesh);
+    if (!p->status) return pbrt_add_mesh(p, s, &mesh);
     pbrt_mesh_free(&mesh);
     return p->status;
 }
@@ -334,8 +335,8 @@ static snell_status ply_mesh(pbrt *p, const drawn *s) {
         return pbrt_fail(p, s->params->place, "such as \"string filename\" \"bunny.ply\"",
                          "%s needs a 'filename'", s->params->what);
     if (!p->status) pbrt_read_ply(p, name, file->place, &mesh);
-    if (!p->status && mesh.uvs == NULL && needs_uvs(p, s)) corner_uvs(p, s, &mesh);
-    if (!p->status) return add_mesh(p, s, &mesh);
+    if (!p->status && mesh.uvs == NULL && pbrt_needs_uvs(p, s)) corner_uvs(p, s, &mesh);
+    if (!p->status) return pbrt_add_mesh(p, s, &mesh);
     pbrt_mesh_free(&mesh);
     return p->status;
 }
@@ -349,8 +350,9 @@ typedef struct patch { /* corners in the order 00 10 01 11 */
 } patch;
 
 static dvec3 blend(const dvec3 c[4], double u, double v) {
-    return dvec3_add(dvec3_add(dvec3_scale(c[0], (1 - u) * (1 - v)), dvec3_scale(c[1], u * (1 - v))),
-                     dvec3_add(dvec3_scale(c[2], (1 - u) * v), dvec3_scale(c[3], u * v)));
+    return dvec3_add(
+        dvec3_add(dvec3_scale(c[0], (1 - u) * (1 - v)), dvec3_scale(c[1], u * (1 - v))),
+        dvec3_add(dvec3_scale(c[2], (1 - u) * v), dvec3_scale(c[3], u * v)));
 }
 
 static void patch_at(const void *user, double u, double v, dvec3 *position, dvec3 *normal) {
@@ -379,13 +381,13 @@ static snell_status add_quad(pbrt *p, const drawn *s, dvec3 corner, dvec3 u, dve
     dtransform local = dtransform_identity(), to_world = pbrt_to_world(p, 0);
     dvec3 wu = pbrt_vector(&to_world, u), wv = pbrt_vector(&to_world, v);
     double area = dvec3_length(dvec3_cross(wu, wv));
-    if (is_hidden_light(p, s)) {
+    if (pbrt_is_hidden_light(p, s)) {
         bool mirrors = pbrt_determinant(&to_world) < 0;
         const snell_param where[] = {
             {"corner", SNELL_PARAM_VEC3, {.v = vec3_from(pbrt_point(&to_world, corner))}},
             {"u", SNELL_PARAM_VEC3, {.v = vec3_from(mirrors ? wv : wu)}},
             {"v", SNELL_PARAM_VEC3, {.v = vec3_from(mirrors ? wu : wv)}}};
-        return add_hidden_light(p, s, "quad", area, where, 3);
+        return pbrt_add_hidden_light(p, s, "quad", area, where, 3);
     }
     return pbrt_add_shape(p, s, "quad", params, 3, area, &local);
 }
@@ -405,7 +407,7 @@ static snell_status add_patch(pbrt *p, const drawn *s, const patch *q) {
             mesh.uvs[i][k] = (1 - u) * (1 - v) * q->uv[0][k] + u * (1 - v) * q->uv[1][k] +
                              (1 - u) * v * q->uv[2][k] + u * v * q->uv[3][k];
     }
-    return add_mesh(p, s, &mesh);
+    return pbrt_add_mesh(p, s, &mesh);
 }
 
 static snell_status bilinear_mesh(pbrt *p, const drawn *s) {
@@ -428,130 +430,20 @@ static snell_status bilinear_mesh(pbrt *p, const drawn *s) {
     return p->status;
 }
 
-/* ---- spheres, cylinders, disks ---- */
-
-enum { ROUND_COLUMNS = 128, ROUND_ROWS = 64 };
-
-typedef struct round_part { /* of a sphere, cylinder or disk about z */
-    enum { BALL, TUBE, PLATE } kind;
-    double radius, inner, z0, z1, turn; /* radians */
-} round_part;
-
-static void round_at(const void *user, double u, double v, dvec3 *position, dvec3 *normal) {
-    const round_part *r = user;
-    double c = fn_cos(u * r->turn), s = fn_sin(u * r->turn);
-    if (r->kind == BALL) {
-        double low = fn_acos(double_min(double_max(r->z0 / r->radius, -1), 1)),
-               high = fn_acos(double_min(double_max(r->z1 / r->radius, -1), 1)),
-               polar = low + v * (high - low), out = fn_sin(polar);
-        *normal = (dvec3){c * out, s * out, fn_cos(polar)};
-        *position = dvec3_scale(*normal, r->radius);
-    } else if (r->kind == TUBE) {
-        *normal = (dvec3){c, s, 0};
-        *position = (dvec3){c * r->radius, s * r->radius, r->z0 + v * (r->z1 - r->z0)};
-    } else {
-        double out = r->radius + v * (r->inner - r->radius);
-        *normal = (dvec3){0, 0, 1};
-        *position = (dvec3){c * out, s * out, r->z0};
-    }
-}
-
-static snell_status add_part(pbrt *p, const drawn *s, const round_part *r) {
-    pbrt_mesh mesh;
-    if (pbrt_tessellate(p, s->params->place, ROUND_COLUMNS, r->kind == BALL ? ROUND_ROWS : 1,
-                        round_at, r, &mesh))
-        return p->status;
-    return add_mesh(p, s, &mesh);
-}
-
-/* Of the sphere and cylinder of snell, which stand on +Y: pbrt's u begins at +x, about z. */
-static const dtransform upright = {{{0, 0, -1, 0}, {-1, 0, 0, 0}, {0, 1, 0, 0}}};
-
-static bool read_round(pbrt *p, const drawn *s, round_part *r) {
-    r->turn = pbrt_float(p, s->params, "phimax", 360) * (PI / 180);
-    if (!p->status && !(r->radius > 0 && r->radius < 1e30))
-        pbrt_fail(p, s->params->place, NULL, "%s needs a 'radius' above 0", s->params->what);
-    r->turn = r->turn < 0 ? 0 : r->turn > 2 * PI ? 2 * PI : r->turn;
-    return !p->status && r->turn > 0;
-}
-
-static snell_status sphere(pbrt *p, const drawn *s) {
-    round_part r = {.kind = BALL, .radius = pbrt_float(p, s->params, "radius", 1)};
-    double a = pbrt_float(p, s->params, "zmin", -r.radius),
-           b = pbrt_float(p, s->params, "zmax", r.radius);
-    if (!read_round(p, s, &r)) return p->status;
-    r.z0 = double_max(double_min(a, b), -r.radius);
-    r.z1 = double_min(double_max(a, b), r.radius);
-    if (!(r.z0 < r.z1)) return SNELL_OK;
-    bool whole = r.z0 == -r.radius && r.z1 == r.radius && r.turn > 2 * PI - 1e-9;
-    if (!whole || (p->state.reverse && s->exact)) return add_part(p, s, &r);
-    if (is_hidden_light(p, s)) {
-        dtransform to_world = pbrt_to_world(p, 0);
-        vec3 center = vec3_from(pbrt_point(&to_world, (dvec3){0, 0, 0}));
-        double radius = r.radius * fn_cbrt(fabs(pbrt_determinant(&to_world)));
-        const snell_param where[] = {{"center", SNELL_PARAM_VEC3, {.v = center}},
-                                     {"radius", SNELL_PARAM_FLOAT, {.f = radius}}};
-        return add_hidden_light(p, s, "sphere", 4 * PI * r.radius * r.radius, where, 2);
-    }
-    const snell_param params[] = {{"radius", SNELL_PARAM_FLOAT, {.f = r.radius}}};
-    return pbrt_add_shape(p, s, "sphere", params, 1, 4 * PI * r.radius * r.radius, &upright);
-}
-
-static snell_status cylinder(pbrt *p, const drawn *s) {
-    round_part r = {.kind = TUBE, .radius = pbrt_float(p, s->params, "radius", 1)};
-    double a = pbrt_float(p, s->params, "zmin", -1), b = pbrt_float(p, s->params, "zmax", 1);
-    if (!read_round(p, s, &r)) return p->status;
-    r.z0 = double_min(a, b), r.z1 = double_max(a, b);
-    if (!(r.z0 < r.z1)) return SNELL_OK;
-    if (r.turn < 2 * PI - 1e-9 || (p->state.reverse && s->exact)) return add_part(p, s, &r);
-    const snell_param params[] = {{"from", SNELL_PARAM_VEC3, {.v = {0, (float)r.z0, 0}}},
-                                  {"to", SNELL_PARAM_VEC3, {.v = {0, (float)r.z1, 0}}},
-                                  {"radius", SNELL_PARAM_FLOAT, {.f = r.radius}},
-                                  {"capped", SNELL_PARAM_BOOL, {.b = false}}};
-    return pbrt_add_shape(p, s, "cylinder", params, 4, 2 * PI * r.radius * (r.z1 - r.z0), &upright);
-}
-
-/* v of pbrt's disk is 0 at its edge, of snell's in the middle: with textures it is a mesh. */
-static snell_status disk(pbrt *p, const drawn *s) {
-    static const dtransform still = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
-    round_part r = {.kind = PLATE, .radius = pbrt_float(p, s->params, "radius", 1)};
-    r.z0 = pbrt_float(p, s->params, "height", 0);
-    r.inner = pbrt_float(p, s->params, "innerradius", 0);
-    if (!read_round(p, s, &r)) return p->status;
-    if (!(r.inner >= 0 && r.inner < r.radius))
-        return pbrt_fail(p, s->params->place, NULL, "the hole of a disk is smaller than the disk");
-    if (r.turn < 2 * PI - 1e-9 || needs_uvs(p, s)) return add_part(p, s, &r);
-    float side = p->state.reverse ? -1 : 1;
-    double disk_area = PI * (r.radius - r.inner) * (r.radius + r.inner);
-    if (is_hidden_light(p, s) && r.inner == 0) {
-        dtransform to_world = pbrt_to_world(p, 0);
-        dvec3 x = pbrt_vector(&to_world, (dvec3){1, 0, 0}), y = pbrt_vector(&to_world, (dvec3){0, 1, 0});
-        double way = pbrt_determinant(&to_world) < 0 ? -side : side;
-        vec3 center = vec3_from(pbrt_point(&to_world, (dvec3){0, 0, r.z0})),
-             normal = vec3_from(dvec3_scale(dvec3_normalize(dvec3_cross(x, y)), way));
-        const snell_param where[] = {
-            {"center", SNELL_PARAM_VEC3, {.v = center}},
-            {"normal", SNELL_PARAM_VEC3, {.v = normal}},
-            {"radius", SNELL_PARAM_FLOAT, {.f = r.radius * dvec3_length(x)}}};
-        return add_hidden_light(p, s, "disk", disk_area, where, 3);
-    }
-    const snell_param params[] = {{"center", SNELL_PARAM_VEC3, {.v = {0, 0, (float)r.z0}}},
-                                  {"normal", SNELL_PARAM_VEC3, {.v = {0, 0, side}}},
-                                  {"radius", SNELL_PARAM_FLOAT, {.f = r.radius}},
-                                  {"inner_radius", SNELL_PARAM_FLOAT, {.f = r.inner}}};
-    return pbrt_add_shape(p, s, "disk", params, 4, disk_area, &still);
-}
-
 /* ---- any ---- */
 
 snell_status pbrt_shape(pbrt *p, const pbrt_params *params) {
     static const struct {
         const char *name;
         snell_status (*read)(pbrt *p, const drawn *s);
-    } kinds[] = {{"sphere", sphere},           {"cylinder", cylinder},
-                 {"disk", disk},               {"trianglemesh", triangle_mesh},
-                 {"plymesh", ply_mesh},        {"bilinearmesh", bilinear_mesh},
-                 {"loopsubdiv", loop_subdivision}, {"curve", pbrt_curve}};
+    } kinds[] = {{"sphere", pbrt_sphere},
+                 {"cylinder", pbrt_cylinder},
+                 {"disk", pbrt_disk},
+                 {"trianglemesh", triangle_mesh},
+                 {"plymesh", ply_mesh},
+                 {"bilinearmesh", bilinear_mesh},
+                 {"loopsubdiv", loop_subdivision},
+                 {"curve", pbrt_curve}};
     static const double opaque[3] = {1, 1, 1};
     const char *names[8];
     size_t i = 0;

@@ -28,22 +28,20 @@ static double lobe(double x, double middle, double left, double right) {
 /* The CIE 1931 matching functions: Wyman, Sloan and Shirley, Simple Analytic Approximations to the CIE
  * XYZ Color Matching Functions, JCGT 2(2), 2013, the multi-lobe fit. */
 static dvec3 matching(double nm) {
-    return (dvec3){1.056 * lobe(nm, 599.8, 1 / 37.9, 1 / 31.0) +
-                       0.362 * lobe(nm, 442.0, 1 / 16.0, 1 / 26.7) -
-                       0.065 * lobe(nm, 501.1, 1 / 20.4, 1 / 26.2),
-                   0.821 * lobe(nm, 568.8, 1 / 46.9, 1 / 40.5) +
-                       0.286 * lobe(nm, 530.9, 1 / 16.3, 1 / 31.1),
-                   1.217 * lobe(nm, 437.0, 1 / 11.8, 1 / 36.0) +
-                       0.681 * lobe(nm, 459.0, 1 / 26.0, 1 / 13.8)};
+    return (dvec3){
+        1.056 * lobe(nm, 599.8, 1 / 37.9, 1 / 31.0) + 0.362 * lobe(nm, 442.0, 1 / 16.0, 1 / 26.7) -
+            0.065 * lobe(nm, 501.1, 1 / 20.4, 1 / 26.2),
+        0.821 * lobe(nm, 568.8, 1 / 46.9, 1 / 40.5) + 0.286 * lobe(nm, 530.9, 1 / 16.3, 1 / 31.1),
+        1.217 * lobe(nm, 437.0, 1 / 11.8, 1 / 36.0) + 0.681 * lobe(nm, 459.0, 1 / 26.0, 1 / 13.8)};
 }
 
 /* The standard illuminant D65 from 380 to 780 nm in steps of 10 (CIE 15). */
-static const double d65[] = {
-    49.9755, 54.6482, 82.7549, 91.486,  93.4318, 86.6823, 104.865, 117.008, 117.812,
-    114.861, 115.923, 108.811, 109.354, 107.802, 104.79,  107.689, 104.405, 104.046,
-    100,     96.3342, 95.788,  88.6856, 90.0062, 89.5991, 87.6987, 83.2886, 83.6992,
-    80.0268, 80.2146, 82.2778, 78.2842, 69.7213, 71.6091, 74.349,  61.604,  69.8856,
-    75.087,  63.5927, 46.4182, 66.8054, 63.3828};
+static const double d65[] = {49.9755, 54.6482, 82.7549, 91.486,  93.4318, 86.6823, 104.865,
+                             117.008, 117.812, 114.861, 115.923, 108.811, 109.354, 107.802,
+                             104.79,  107.689, 104.405, 104.046, 100,     96.3342, 95.788,
+                             88.6856, 90.0062, 89.5991, 87.6987, 83.2886, 83.6992, 80.0268,
+                             80.2146, 82.2778, 78.2842, 69.7213, 71.6091, 74.349,  61.604,
+                             69.8856, 75.087,  63.5927, 46.4182, 66.8054, 63.3828};
 
 static double daylight(double nm) {
     double at = (nm - 380) / 10;
@@ -68,8 +66,8 @@ static double value_at(const spectrum *s, double nm) {
     if (nm < p[0]) return 0;
     for (size_t i = 1; i < s->count; i++)
         if (nm <= p[2 * i])
-            return p[2 * i - 1] + (nm - p[2 * i - 2]) / (p[2 * i] - p[2 * i - 2]) *
-                                      (p[2 * i + 1] - p[2 * i - 1]);
+            return p[2 * i - 1] +
+                   (nm - p[2 * i - 2]) / (p[2 * i] - p[2 * i - 2]) * (p[2 * i + 1] - p[2 * i - 1]);
     return nm == p[2 * s->count - 2] ? p[2 * s->count - 1] : 0;
 }
 
@@ -123,23 +121,22 @@ static const metal metals[] = {
 static const struct {
     const char *name;
     double index;
-} glasses[] = {{"BK7", 1.5168},   {"BAF10", 1.6700}, {"FK51A", 1.4866}, {"LASF9", 1.8503},
-               {"F5", 1.6727},    {"F10", 1.7283},   {"F11", 1.7847},   {"SF5", 1.6727},
-               {"SF10", 1.7283},  {"SF11", 1.7847}};
+} glasses[] = {{"BK7", 1.5168},  {"BAF10", 1.6700}, {"FK51A", 1.4866}, {"LASF9", 1.8503},
+               {"F5", 1.6727},   {"F10", 1.7283},   {"F11", 1.7847},   {"SF5", 1.6727},
+               {"SF10", 1.7283}, {"SF11", 1.7847}};
 
 /* Illuminants by their chromaticities (CIE 15; ACES: SMPTE ST 2065-1). */
 static const struct {
     const char *name;
     double x, y;
-} illuminants[] = {
-    {"stdillum-A", 0.44757, 0.40745},  {"stdillum-D50", 0.34567, 0.35850},
-    {"stdillum-D65", 0.31271, 0.32902}, {"stdillum-F1", 0.3131, 0.3371},
-    {"stdillum-F2", 0.3721, 0.3751},   {"stdillum-F3", 0.4091, 0.3941},
-    {"stdillum-F4", 0.4402, 0.4031},   {"stdillum-F5", 0.3138, 0.3452},
-    {"stdillum-F6", 0.3779, 0.3882},   {"stdillum-F7", 0.3129, 0.3292},
-    {"stdillum-F8", 0.3458, 0.3586},   {"stdillum-F9", 0.3741, 0.3727},
-    {"stdillum-F10", 0.3458, 0.3588},  {"stdillum-F11", 0.3805, 0.3769},
-    {"stdillum-F12", 0.4370, 0.4042},  {"illum-acesD60", 0.32168, 0.33767}};
+} illuminants[] = {{"stdillum-A", 0.44757, 0.40745},   {"stdillum-D50", 0.34567, 0.35850},
+                   {"stdillum-D65", 0.31271, 0.32902}, {"stdillum-F1", 0.3131, 0.3371},
+                   {"stdillum-F2", 0.3721, 0.3751},    {"stdillum-F3", 0.4091, 0.3941},
+                   {"stdillum-F4", 0.4402, 0.4031},    {"stdillum-F5", 0.3138, 0.3452},
+                   {"stdillum-F6", 0.3779, 0.3882},    {"stdillum-F7", 0.3129, 0.3292},
+                   {"stdillum-F8", 0.3458, 0.3586},    {"stdillum-F9", 0.3741, 0.3727},
+                   {"stdillum-F10", 0.3458, 0.3588},   {"stdillum-F11", 0.3805, 0.3769},
+                   {"stdillum-F12", 0.4370, 0.4042},   {"illum-acesD60", 0.32168, 0.33767}};
 
 static bool find_metal(const char *name, double out[3]) {
     const char *dash = strrchr(name, '-');
@@ -265,8 +262,7 @@ snell_status pbrt_spectrum(pbrt *p, pbrt_param *param, pbrt_spectrum_use use, do
     if (strcmp(param->type, "blackbody") == 0) {
         if (param->count != 1 || !(param->numbers[0] > 100 && param->numbers[0] < 1e6))
             return pbrt_fail(p, param->place, NULL,
-                             "'blackbody %s' needs one temperature, 100 to 1000000 K",
-                             param->name);
+                             "'blackbody %s' needs one temperature, 100 to 1000000 K", param->name);
         to_color(&(spectrum){.temperature = param->numbers[0]}, use, out);
         return SNELL_OK;
     }
@@ -284,9 +280,8 @@ snell_status pbrt_spectrum(pbrt *p, pbrt_param *param, pbrt_spectrum_use use, do
                      param->name, param->type);
 }
 
-snell_status pbrt_color(pbrt *p, const pbrt_params *params, const char *name,
-                        pbrt_spectrum_use use, const double otherwise[3], double out[3],
-                        bool *found) {
+snell_status pbrt_color(pbrt *p, const pbrt_params *params, const char *name, pbrt_spectrum_use use,
+                        const double otherwise[3], double out[3], bool *found) {
     pbrt_param *param = pbrt_find(params, name);
     *found = param != NULL;
     memcpy(out, otherwise, 3 * sizeof *out);

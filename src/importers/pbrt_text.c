@@ -36,9 +36,9 @@ snell_status pbrt_warn(pbrt *p, source_place place, const char *format, ...) {
     va_start(list, format);
     vsnprintf(text, sizeof text, format, list);
     va_end(list);
-    return pbrt_blame(p, place,
-                      description_add_message(p->d, SNELL_WARNING, place.file, place.line, NULL,
-                                              "%s", text));
+    return pbrt_blame(
+        p, place,
+        description_add_message(p->d, SNELL_WARNING, place.file, place.line, NULL, "%s", text));
 }
 
 snell_status pbrt_spend(pbrt *p, source_place place, uint64_t size) {
@@ -190,8 +190,8 @@ void pbrt_params_free(pbrt_params *params) {
     }
 }
 
-static const char *const types[] = {"integer", "float",   "point2",    "vector2", "point3",
-                                    "vector3", "normal",  "normal3",   "bool",    "string",
+static const char *const types[] = {"integer", "float",    "point2",    "vector2", "point3",
+                                    "vector3", "normal",   "normal3",   "bool",    "string",
                                     "texture", "spectrum", "blackbody", "rgb"};
 enum { TYPE_COUNT = sizeof types / sizeof types[0] };
 
@@ -238,8 +238,8 @@ static pbrt_value_kind kind_of(const char *type) {
 static snell_status complain_of_value(pbrt *p, const pbrt_param *param) {
     static const char *const needs[] = {"numbers", "strings in quotes", "true or false"};
     return pbrt_fail(p, p->place, p->kind == PBRT_END ? "the file may be cut off" : NULL,
-                     "'%s %s' needs %s, not '%.40s'", param->type, param->name,
-                     needs[param->kind], p->kind == PBRT_END ? "the end of the file" : p->word);
+                     "'%s %s' needs %s, not '%.40s'", param->type, param->name, needs[param->kind],
+                     p->kind == PBRT_END ? "the end of the file" : p->word);
 }
 
 static snell_status add_string(pbrt *p, pbrt_param *param) {

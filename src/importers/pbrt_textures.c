@@ -30,8 +30,8 @@ static bool is_constant(const pbrt *p, size_t index) {
 size_t pbrt_texture_find(pbrt *p, const pbrt_param *param, bool is_float) {
     json_t *found = NULL;
     if (!p->status && param->count == 1)
-        found = json_object_get(is_float ? p->float_textures : p->color_textures,
-                                param->strings[0]);
+        found =
+            json_object_get(is_float ? p->float_textures : p->color_textures, param->strings[0]);
     if (found) return (size_t)json_integer_value(found);
     pbrt_fail(p, param->place, "it is made by Texture, before it is used",
               "no %s texture is called '%.60s'", is_float ? "float" : "spectrum",
@@ -100,7 +100,8 @@ static void read_space(pbrt *p, const pbrt_params *params, pbrt_texture *t) {
     t->pixels = 0;
     t->corners[1][0] = t->corners[1][1] = t->corners[1][2] = 1;
     pbrt_warn(p, params->place,
-              "the texture '%s' is made of snell's own noise: alike, but not the same", params->type);
+              "the texture '%s' is made of snell's own noise: alike, but not the same",
+              params->type);
 }
 
 /* ---- kinds ---- */
@@ -354,9 +355,9 @@ static bool is_plain_image(const pbrt_texture *t, bool is_float) {
 }
 
 static void scale_input(snell_input *input, const double factor[3]) {
-    input->value = (snell_vec3){(float)(input->value.x * factor[0]),
-                                (float)(input->value.y * factor[1]),
-                                (float)(input->value.z * factor[2])};
+    input->value =
+        (snell_vec3){(float)(input->value.x * factor[0]), (float)(input->value.y * factor[1]),
+                     (float)(input->value.z * factor[2])};
 }
 
 static snell_status make_input(pbrt *p, size_t index, bool is_float, double power,
@@ -376,8 +377,8 @@ static snell_status make_input(pbrt *p, size_t index, bool is_float, double powe
 }
 
 /* Constant factors go into the value. */
-static snell_status input_of(pbrt *p, size_t index, bool is_float, double power,
-                             source_place place, snell_input *out) {
+static snell_status input_of(pbrt *p, size_t index, bool is_float, double power, source_place place,
+                             snell_input *out) {
     double factor[3] = {1, 1, 1};
     while (p->textures[index].kind == PBRT_SCALE) {
         const pbrt_texture *t = &p->textures[index];

@@ -47,8 +47,8 @@ static void read_film(pbrt *p, view *v) {
     v->width = pbrt_int(p, &p->film, "xresolution", WIDTH);
     v->height = pbrt_int(p, &p->film, "yresolution", HEIGHT);
     if (!p->status && (v->width < 1 || v->width > 65536 || v->height < 1 || v->height > 65536))
-        pbrt_fail(p, p->film.place, "both are 1 to 65536",
-                  "a film cannot have %d x %d pixels", v->width, v->height);
+        pbrt_fail(p, p->film.place, "both are 1 to 65536", "a film cannot have %d x %d pixels",
+                  v->width, v->height);
     if (pbrt_find(&p->film, "cropwindow") || pbrt_find(&p->film, "pixelbounds"))
         pbrt_warn(p, p->film.place,
                   "the film's crop is not read: the whole picture is made ('--crop' cuts it)");
@@ -72,8 +72,9 @@ static void read_sampler(pbrt *p, view *v) {
 }
 
 static void read_integrator(pbrt *p, view *v) {
-    static const char *const as_path[] = {"path", "volpath", "simplepath", "simplevolpath",
-                                          "lightpath", "bdpt", "mlt", "sppm", "randomwalk", ""};
+    static const char *const as_path[] = {"path",       "volpath", "simplepath", "simplevolpath",
+                                          "lightpath",  "bdpt",    "mlt",        "sppm",
+                                          "randomwalk", ""};
     size_t i = 0, count = sizeof as_path / sizeof as_path[0];
     while (i < count && strcmp(as_path[i], p->integrator.type) != 0) i++;
     if (i == count)
@@ -89,9 +90,12 @@ static void read_filter(pbrt *p, view *v) {
     static const struct {
         const char *pbrt, *snell;
         double radius; /* pbrt's default */
-    } known[] = {{"gaussian", "gaussian", 1.5}, {"", "gaussian", 1.5},
-                 {"box", "box", 0.5},           {"triangle", "tent", 2},
-                 {"mitchell", "blackman-harris", 2}, {"sinc", "blackman-harris", 4}};
+    } known[] = {{"gaussian", "gaussian", 1.5},
+                 {"", "gaussian", 1.5},
+                 {"box", "box", 0.5},
+                 {"triangle", "tent", 2},
+                 {"mitchell", "blackman-harris", 2},
+                 {"sinc", "blackman-harris", 4}};
     size_t i = 0, count = sizeof known / sizeof known[0];
     while (i < count && strcmp(known[i].pbrt, p->filter.type) != 0) i++;
     if (i == count) {
@@ -150,7 +154,8 @@ static screen read_screen(pbrt *p, const view *v) {
         s.y0 = -1 / frame, s.y1 = 1 / frame;
     size_t count;
     const double *window = pbrt_numbers(p, &p->camera, "screenwindow", 4, &count);
-    if (!p->status && window && count == 1) s = (screen){window[0], window[1], window[2], window[3]};
+    if (!p->status && window && count == 1)
+        s = (screen){window[0], window[1], window[2], window[3]};
     double width = s.x1 - s.x0, height = s.y1 - s.y0;
     if (!p->status && !(width > 0 && height > 0))
         pbrt_fail(p, p->camera.place, NULL, "the camera's screen window is empty");
@@ -234,7 +239,8 @@ static void realistic(pbrt *p, const view *v, double scale, camera_params *c) {
     pbrt_warn(p, p->camera.place, "the 'realistic' camera is not supported: a thin lens of 50 mm");
     double aperture = pbrt_float(p, &p->camera, "aperturediameter", 1),
            focus = pbrt_float(p, &p->camera, "focusdistance", 10),
-           diagonal = pbrt_float(p, &p->film, "diagonal", 35), aspect = (double)v->width / v->height;
+           diagonal = pbrt_float(p, &p->film, "diagonal", 35),
+           aspect = (double)v->width / v->height;
     double height = diagonal / sqrt(1 + aspect * aspect);
     add_float(c, "fov", 2 * fn_atan(height / 2 / 50));
     add_float(c, "lens_radius", double_max(aperture, 0) * 0.0005 * scale);
@@ -288,7 +294,8 @@ static snell_status add_camera(pbrt *p, const view *v) {
     add_vec3(&c, "from", at.from);
     add_vec3(&c, "at", dvec3_add(at.from, dvec3_scale(at.forward, 1 / length)));
     add_vec3(&c, "up", at.up);
-    snell_param shutter = {"shutter", SNELL_PARAM_VEC3, {.v = {(float)p->shutter[0], (float)p->shutter[1], 0}}};
+    snell_param shutter = {
+        "shutter", SNELL_PARAM_VEC3, {.v = {(float)p->shutter[0], (float)p->shutter[1], 0}}};
     add(&c, shutter);
     return pbrt_blame(p, p->camera.place,
                       description_add(p->d, CATEGORY_CAMERA, type, c.list, c.count,
@@ -326,7 +333,7 @@ snell_status pbrt_finish_view(pbrt *p) {
                                  {"frame", SNELL_PARAM_INT, {.i = 1}}};
     uint32_t made;
     source_place start = {p->path, 0, 0};
-    return pbrt_blame(p, start,
-                      description_add(p->d, CATEGORY_SETTING, "animation", clock, 4,
-                                      source_at(start), &made));
+    return pbrt_blame(
+        p, start,
+        description_add(p->d, CATEGORY_SETTING, "animation", clock, 4, source_at(start), &made));
 }
