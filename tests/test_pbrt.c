@@ -543,7 +543,9 @@ static void textures_are_folded_placed_and_baked(void **state) {
         "Material \"diffuse\" \"texture reflectance\" \"i\" Shape \"sphere\"\n"
         "Material \"diffuse\" \"texture reflectance\" \"k\" Shape \"sphere\"\n"
         "Material \"diffuse\" \"texture reflectance\" \"b\" Shape \"sphere\"\n"
-        "Material \"conductor\" \"texture roughness\" \"n\" Shape \"sphere\"\n");
+        "Material \"conductor\" \"texture roughness\" \"n\" Shape \"sphere\"\n"
+        "Material \"diffuse\" \"texture displacement\" \"n\" \"string normalmap\" \"two.pfm\"\n"
+        "Shape \"sphere\"\n");
     input_is(object_at(d, CATEGORY_MATERIAL, 0, "lambert"), "color", 0.1, 0.2, 0.4);
     input_is(object_at(d, CATEGORY_MATERIAL, 1, "lambert"), "color", 0.4, 0.55, 0.85);
     snell_input i = input_of(object_at(d, CATEGORY_MATERIAL, 2, "lambert"), "color");
@@ -570,7 +572,13 @@ static void textures_are_folded_placed_and_baked(void **state) {
     image = object_at(d, CATEGORY_TEXTURE, i.texture.index1 - 1, "image");
     assert_int_equal(int_of(image, "width"), 2);
     pixels = *(const float *const *)field_of(image, "pixels");
-    near((double)pixels[0], pow((0.75 + 0.5 + 0) / 3, 0.25));
+    near((double)pixels[0], pow(1 - 1.75 / 3, 0.25));
+    const object *relief = object_at(d, CATEGORY_MATERIAL, 6, "lambert");
+    assert_true(((const snell_texture_id *)field_of(relief, "normal_map"))->index1 > 0);
+    i = input_of(relief, "bump");
+    image = object_at(d, CATEGORY_TEXTURE, i.texture.index1 - 1, "image");
+    pixels = *(const float *const *)field_of(image, "pixels");
+    near((double)pixels[4], 1 - 0.875 / 3);
     is_silent(d);
     description_destroy(d);
 }
