@@ -548,12 +548,17 @@ static void textures_are_folded_placed_and_baked(void **state) {
         "Shape \"sphere\"\n");
     input_is(object_at(d, CATEGORY_MATERIAL, 0, "lambert"), "color", 0.1, 0.2, 0.4);
     input_is(object_at(d, CATEGORY_MATERIAL, 1, "lambert"), "color", 0.4, 0.55, 0.85);
+    /* Twice as bright, but not brighter than white: (.25 .5 1) and (.5 .25 .125). */
     snell_input i = input_of(object_at(d, CATEGORY_MATERIAL, 2, "lambert"), "color");
-    near3(i.value, 2, 2, 2);
+    near3(i.value, 1, 1, 1);
     const object *image = object_at(d, CATEGORY_TEXTURE, i.texture.index1 - 1, "image");
     near((double)((const float *)field_of(image, "uv_scale"))[0], 3);
     near((double)((const float *)field_of(image, "uv_offset"))[1], 0.5);
     assert_int_equal(int_of(image, "wrap_u"), 1);
+    const float *twice = *(const float *const *)field_of(image, "pixels");
+    near((double)twice[0], 0.5);
+    near((double)twice[2], 1);
+    near((double)twice[6], 0.25);
     assert_int_equal(int_of(image, "filter"), 1);
     i = input_of(object_at(d, CATEGORY_MATERIAL, 3, "lambert"), "color");
     const object *checker = object_at(d, CATEGORY_TEXTURE, i.texture.index1 - 1, "checker");

@@ -339,10 +339,10 @@ snell_status pbrt_read_image(pbrt *p, const char *name, source_place place, deco
 /* Linear red, green and blue of a pixel; gamma: of 8 bits, 0: sRGB. */
 void pbrt_pixel(const decoded_image *image, double gamma, uint32_t x, uint32_t y, double out[3]);
 /* pbrt_bake.c: a tree as an image over u, v from 0 to 1, or one image as it lies; each value to the
- * power. false: it has a pattern in space, which has no u and v, or is too large. */
+ * power, times factor; colours, being fractions of light, are cut at 1. false: it has a pattern in space, which has no u and v, or is too large. */
 bool pbrt_can_bake(const pbrt *p, size_t texture);
-snell_status pbrt_bake(pbrt *p, size_t texture, bool is_float, double power, source_place place,
-                       snell_texture_id *out);
+snell_status pbrt_bake(pbrt *p, size_t texture, bool is_float, double power, const double factor[3],
+                       source_place place, snell_texture_id *out);
 /* `placing`: its scale, offset, wrap and filter; NULL: once around, as the sky. */
 snell_status pbrt_add_image(pbrt *p, source_place place, const decoded_image *image, bool srgb,
                             const pbrt_texture *placing, snell_texture_id *out);

@@ -150,17 +150,19 @@ bool pbrt_can_bake(const pbrt *p, size_t texture) {
     return p->textures[texture].pixels > 0 && p->textures[texture].nodes <= NODES_MAX;
 }
 
-static void put_value(double c[3], bool is_float, double power, float out[4]) {
+static void put_value(double c[3], bool is_float, double power, const double factor[3],
+                      float out[4]) {
     if (is_float) c[0] = c[1] = c[2] = (c[0] + c[1] + c[2]) / 3;
     for (int k = 0; k < 3; k++) {
         double v = double_max(c[k], 0);
-        out[k] = (float)double_min(power == 1 ? v : fn_pow(v, power), 1e30);
+        v = factor[k] * (power == 1 ? v : fn_pow(v, power));
+        out[k] = (float)double_min(v, is_float ? 1e30 : 1);
     }
     out[3] = 1;
 }
 
-snell_status pbrt_bake(pbrt *p, size_t texture, bool is_float, double power, source_place place,
-                       snell_texture_id *out) {
+snell_status pbrt_bake(pbrt *p, size_t texture, bool is_float, double power, const double factor[3],
+                       source_place place, snell_texture_id *out) {
     const pbrt_texture *t = &p->textures[texture];
     bool alone = t->kind == PBRT_IMAGE; /* pixel by pixel, and placed as it is */
     uint32_t side = t->pixels < SIDE_MAX ? t->pixels : SIDE_MAX;
@@ -182,7 +184,7 @@ snell_status pbrt_bake(pbrt *p, size_t texture, bool is_float, double power, sou
             } else {
                 value_of(p, texture, (x + 0.5) / made.width, 1 - (y + 0.5) / made.height, c);
             }
-            put_value(c, is_float, power, at);
+            put_value(c, is_float, power, factor, at);
         }
     pbrt_texture plain = {.scale = {1, 1}};
     pbrt_add_image(p, place, &made, false, alone ? t : &plain, out);

@@ -349,6 +349,7 @@ static bool is_plain_checker(const pbrt *p, const pbrt_texture *t) {
 /* An image whose pixels are what the texture shows, but for a factor. */
 static bool is_plain_image(const pbrt_texture *t, bool is_float) {
     if (t->kind != PBRT_IMAGE || t->invert || !(t->factor >= 0)) return false;
+    if (t->factor > 1 && !is_float) return false; /* colours are cut at 1 */
     return t->image.floats ? !is_float
                            : (t->gamma == 0 || t->gamma == 1) && t->image.channels != 2 &&
                                  (!is_float || t->image.channels == 1);
@@ -362,6 +363,7 @@ static void scale_input(snell_input *input, const double factor[3]) {
 
 static snell_status make_input(pbrt *p, size_t index, bool is_float, double power,
                                source_place place, snell_input *out) {
+    static const double one[3] = {1, 1, 1};
     const pbrt_texture *t = &p->textures[index];
     *out = (snell_input){.value = {1, 1, 1}};
     if (power == 1 && is_plain_image(t, is_float)) {
@@ -370,7 +372,8 @@ static snell_status make_input(pbrt *p, size_t index, bool is_float, double powe
     }
     if (power == 1 && is_plain_checker(p, t)) return add_checker(p, t, place, out);
     if (t->kind == PBRT_NOISE) return add_noise(p, t, place, out);
-    if (pbrt_can_bake(p, index)) return pbrt_bake(p, index, is_float, power, place, &out->texture);
+    if (pbrt_can_bake(p, index))
+        return pbrt_bake(p, index, is_float, power, one, place, &out->texture);
     out->value = (snell_vec3){0.5f, 0.5f, 0.5f};
     return pbrt_warn(p, place,
                      "textures that blend patterns in space are not supported: grey is used");
@@ -395,6 +398,10 @@ static snell_status input_of(pbrt *p, size_t index, bool is_float, double power,
         for (int i = 0; i < 3; i++)
             v[i] = power == 1 ? t->value[i] : fn_pow(double_max(t->value[i], 0), power);
         *out = (snell_input){.value = color_of(v)};
+    } else if (!is_float && double_max(factor[0], double_max(factor[1], factor[2])) > 1 &&
+               pbrt_can_bake(p, index)) {
+        *out = (snell_input){.value = {1, 1, 1}};
+        return pbrt_bake(p, index, is_float, power, factor, place, &out->texture);
     } else if (power == 1 && t->made[is_float]) {
         *out = t->input[is_float];
     } else {
