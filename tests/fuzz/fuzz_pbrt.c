@@ -1,9 +1,8 @@
 /* libFuzzer's door to the pbrt reader: an input is a file. With clang:
  *
- *     cmake -S . -B build/fuzz -DCMAKE_C_COMPILER=clang -DSNELL_FUZZ=ON \
- *         -DSNELL_SANITIZE=fuzzer-no-link,address,undefined
+ *     cmake --preset asan -B build/fuzz -DCMAKE_C_COMPILER=clang -DSNELL_FUZZ=ON -DSNELL_SIMD=OFF
  *     cmake --build build/fuzz --target fuzz_pbrt
- *     build/fuzz/tests/fuzz_pbrt -max_len=4096 CORPUS scenes */
+ *     build/fuzz/tests/fuzz_pbrt -max_len=4096 -max_total_time=60 -timeout=20 CORPUS scenes */
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/mman.h>
