@@ -86,10 +86,10 @@ const char *snell_formats(uint32_t index, const char **help) {
         const char *extension, *text;
     } formats[] = {
         {".lua", "a scene program"},
-        {".gltf", "glTF 2.0, with its buffers and images beside it"},
-        {".glb", "glTF 2.0 in one file"},
         {".pbrt", "pbrt-v4, with what it includes"},
         {".nff", "NFF of the Standard Procedural Databases"},
+        {".gltf", "glTF 2.0, with its buffers and images beside it"},
+        {".glb", "glTF 2.0 in one file"},
 #if SNELL_HAS_ASSIMP
         {".obj", "Wavefront, with its .mtl"},
         {".ply", "Stanford polygons"},

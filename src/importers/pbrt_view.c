@@ -43,17 +43,33 @@ static void read_sensor(pbrt *p) {
                   "the colours of cameras' sensors are not supported: CIE 1931 is used");
 }
 
+/* A crop is for the command to say: which one. */
+static void warn_of_crop(pbrt *p, const view *v) {
+    size_t part_count, pixel_count;
+    const double *part = pbrt_numbers(p, &p->film, "cropwindow", 4, &part_count),
+                 *pixel = pbrt_numbers(p, &p->film, "pixelbounds", 4, &pixel_count);
+    double box[4], size[4] = {v->width, v->width, v->height, v->height};
+    if (p->status || (part_count != 1 && pixel_count != 1)) return;
+    for (int i = 0; i < 4; i++) {
+        box[i] = part_count ? ceil(size[i] * clamp01(part[i])) : pixel[i];
+        box[i] = double_min(double_max(box[i], 0), size[i]);
+    }
+    pbrt_warn(
+        p, p->film.place,
+        "the film's crop is not read: the whole picture is made ('--crop %.0fx%.0f+%.0f+%.0f' "
+        "is its part)",
+        box[1] - box[0], box[3] - box[2], box[0], box[2]);
+}
+
 static void read_film(pbrt *p, view *v) {
     v->width = pbrt_int(p, &p->film, "xresolution", WIDTH);
     v->height = pbrt_int(p, &p->film, "yresolution", HEIGHT);
     if (!p->status && (v->width < 1 || v->width > 65536 || v->height < 1 || v->height > 65536))
         pbrt_fail(p, p->film.place, "both are 1 to 65536", "a film cannot have %d x %d pixels",
                   v->width, v->height);
-    if (pbrt_find(&p->film, "cropwindow") || pbrt_find(&p->film, "pixelbounds"))
-        pbrt_warn(p, p->film.place,
-                  "the film's crop is not read: the whole picture is made ('--crop' cuts it)");
-    pbrt_ignore(&p->film, "filename savefp16 diagonal cropwindow pixelbounds maxcomponentvalue "
-                          "coordinatesystem lambdamin lambdamax nbuckets");
+    warn_of_crop(p, v);
+    pbrt_ignore(&p->film, "filename savefp16 diagonal maxcomponentvalue coordinatesystem lambdamin "
+                          "lambdamax nbuckets");
 }
 
 static void read_sampler(pbrt *p, view *v) {
