@@ -27,7 +27,10 @@ snell_status pbrt_read_image(pbrt *p, const char *name, source_place place, deco
                                             : image_decode(data, size, most, out);
     free(data);
     if (status == SNELL_ERR_MEMORY) return pbrt_blame(p, place, status);
-    if (status) return pbrt_warn(p, place, "%s: '%.60s' is left out", error_last()->text, name);
+    if (status)
+        return status == SNELL_ERR_IO /* which names it */
+                   ? pbrt_warn(p, place, "%s: it is left out", error_last()->text)
+                   : pbrt_warn(p, place, "'%.100s': %s; it is left out", name, error_last()->text);
     *found = true;
     if (out->damaged) pbrt_warn(p, place, "'%.60s' is damaged: part of it is grey", name);
     return pbrt_spend(p, place,

@@ -83,7 +83,10 @@ static void diffuse_transmission(pbrt *p, const pbrt_params *params, pbrt_materi
 /* Light crosses the coat twice on its way, once bent and once diffusely: by Beer's law about three
  * thicknesses. */
 static double coat_loss(pbrt *p, const pbrt_params *params) {
-    double thickness = pbrt_float(p, params, "thickness", 0.01);
+    static const double thin[3] = {0.01, 0.01, 0.01};
+    snell_input given = {.value = {0.01f, 0.01f, 0.01f}};
+    pbrt_input(p, params, "thickness", true, thin, &given, NULL);
+    double thickness = given.texture.index1 ? thin[0] : (double)given.value.x;
     pbrt_ignore(params, "maxdepth nsamples");
     pbrt_lacks(p, params, "albedo g");
     return fn_exp(-3 * double_min(double_max(thickness, 0), 10));
