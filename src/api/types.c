@@ -90,7 +90,6 @@ const char *snell_formats(uint32_t index, const char **help) {
         {".nff", "NFF of the Standard Procedural Databases"},
         {".gltf", "glTF 2.0, with its buffers and images beside it"},
         {".glb", "glTF 2.0 in one file"},
-#if SNELL_HAS_ASSIMP
         {".obj", "Wavefront, with its .mtl"},
         {".ply", "Stanford polygons"},
         {".stl", "stereolithography; z is up"},
