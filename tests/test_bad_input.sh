@@ -82,7 +82,9 @@ refuses "a file of noise" 4 "noise.bin" noise.bin
 scene "$good" 'sphere { radius = 1 }'
 refuses "an absurd size" 2 "1000000000x1" bad.lua --size 1000000000x1
 refuses "an unknown tone map" 2 "wrong" bad.lua --tonemap wrong
-refuses "a folder for a scene" 5 "Is a directory" ./inner
+mkdir -p nothing/inside
+touch nothing/picture.png
+refuses "a folder without models" 3 "there is no model in this folder" ./nothing
 
 # A full disk: the encoded picture does not fit.
 mkdir disk

@@ -127,7 +127,7 @@ usage() {
     wrong "--background: '#12345' is no colour" "#rrggbb" my.lua --background '#12345'
     wrong "--ground: '1,2' is no colour" "#rrggbb" my.lua --ground=1,2
     wrong "--camera: my.lua has no camera 'mian'" "" my.lua -c mian
-    wrong "-o: 'x.jpg' is no kind of picture" ".png, .exr, .pfm or .ppm" my.lua -o x.jpg
+    wrong "-o: 'x.gif' is no kind of picture" ".png, .exr, .jpg, .webp, .pfm or .ppm" my.lua -o x.gif
     wrong "-o: 'tmp' is a folder" "tmp" my.lua -o tmp
     wrong "-o is given twice" "" my.lua -o a.png -o b.png
     wrong "-o: one name for 2 pictures" "{name}" my.lua bad.lua -o a.png

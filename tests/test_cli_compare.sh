@@ -176,13 +176,13 @@ mistakes() {
     wrong "--error-map needs --error FILE" "such as" compare a.ppm b.ppm --error-map flip
     wrong "--error-map: there is no 'flup'" "did you mean 'flip'?" compare a.ppm b.ppm --error x.png --error-map flup
     wrong "--error would replace ./b.ppm" "another" compare a.ppm ./b.ppm --error b.ppm
-    wrong "--error: 'x.jpg' is no kind of picture" ".png" compare a.ppm b.ppm --error x.jpg
+    wrong "--error: 'x.gif' is no kind of picture" ".png" compare a.ppm b.ppm --error x.gif
     wrong "--error cannot be standard output" "" compare a.ppm b.ppm --error -
     wrong "compare does not read standard input" "" compare a.ppm -
     wrong "--exposure and --tonemap change nothing" ".exr" compare a.ppm b.ppm --exposure 1
     wrong "a.ppm: it has no layers" "OpenEXR" compare a.ppm b.ppm --layer depth
     wrong "a.ppm: it has no layers" "OpenEXR" convert a.ppm x.png --layer depth
-    wrong "'x.jpg' is no kind of picture" ".png" convert a.ppm x.jpg
+    wrong "'x.gif' is no kind of picture" ".png" convert a.ppm x.gif
     wrong "'tmp' is a folder" "" convert a.ppm tmp
     wrong "--exposure: '51' is not" "" convert a.ppm x.png --exposure 51
     wrong "x.pfm: --tonemap would change nothing" ".png" convert look.pfm x.pfm --tonemap clip

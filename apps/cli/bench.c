@@ -115,7 +115,7 @@ static int open_subject(subject *s, const options *o, const char *const *words, 
     if (code == EXIT_DONE) code = values_read(&s->options, &s->values);
     if (code == EXIT_DONE) code = session_open(&s->session, &s->options);
     if (code != EXIT_DONE) return code;
-    s->session.frame = s->values.frame_first;
+    stage_set_frame(&s->session, &s->values, s->values.frame_first);
     s->bench->options = &s->options;
     s->bench->values = &s->values;
     s->bench->label = label;

@@ -30,6 +30,7 @@ typedef struct job {
     picture_file pictures[2];
     snell_film *variances[2], *errors;
     snell_compare_desc desc;
+    picture_look look;
     snell_comparison found;
     json_t *over; /* names of the limits that are not kept */
 } job;
@@ -151,7 +152,8 @@ static int read_desc(job *j) {
     if (code == EXIT_DONE) code = plan_error(j);
     j->desc.pixels_per_degree = (float)ppd;
     j->desc.variance_count = (uint32_t)count;
-    j->desc.as_shown = o->value[OPT_EXPOSURE] != NULL || o->value[OPT_TONEMAP] != NULL;
+    j->desc.as_shown = o->value[OPT_EXPOSURE] != NULL || o->value[OPT_TONEMAP] != NULL ||
+                       o->value[OPT_WHITE_BALANCE] != NULL;
     j->desc.progress = progress_report;
     const char *map = o->value[OPT_ERROR_MAP], *path = o->value[OPT_ERROR];
     bool difference = map != NULL && strcmp(map, "difference") == 0;
@@ -172,7 +174,11 @@ static int choose_look(job *j) {
         return report_usage("they are for files of floats, such as .exr",
                             "--exposure and --tonemap change nothing: both pictures are as shown");
     }
-    return picture_look(o, a_linear ? a : b, &j->desc.exposure, &j->desc.tonemap);
+    int code = picture_read_look(o, a_linear ? a : b, &j->look);
+    j->desc.exposure = j->look.exposure;
+    j->desc.tonemap = j->look.tonemap;
+    j->desc.white_balance = j->look.white_balance;
+    return code;
 }
 
 static int read_variances(job *j) {

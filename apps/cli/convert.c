@@ -2,7 +2,6 @@
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "commands.h"
 #include "output.h"
@@ -12,29 +11,29 @@
 #include "tag.h"
 #include "values.h"
 
-static bool ends_in(const char *path, const char *ending) {
-    size_t length = strlen(path), end = strlen(ending);
-    return length > end && strcasecmp(path + length - end, ending) == 0;
-}
-
 /* Light is kept as it is: a look would be lost without a word. */
 static int check_look(const options *o, const output *out) {
-    const char *name = out->format != NULL ? out->format : out->path;
-    bool linear = ends_in(name, ".exr") || ends_in(name, ".pfm") || strcmp(name, "exr") == 0 ||
-                  strcmp(name, "pfm") == 0;
-    if (!linear || (o->value[OPT_EXPOSURE] == NULL && o->value[OPT_TONEMAP] == NULL)) {
-        return EXIT_DONE;
+    static const option_id ids[] = {OPT_EXPOSURE, OPT_TONEMAP, OPT_WHITE_BALANCE};
+    static const char *const names[] = {"exposure", "tonemap", "white-balance"};
+    for (size_t i = 0; out->format.linear && i < sizeof ids / sizeof ids[0]; i++) {
+        if (o->value[ids[i]] == NULL) continue;
+        return report_usage("it is for .png and other files for screens",
+                            "%s: --%s would change nothing, these files hold linear light",
+                            out->path, names[i]);
     }
-    return report_usage("exposure and tone map are for .png and .ppm",
-                        "%s: --%s would change nothing, these files hold linear light", out->path,
-                        o->value[OPT_EXPOSURE] != NULL ? "exposure" : "tonemap");
+    return EXIT_DONE;
 }
 
 static int write_picture(const options *o, const picture_file *p, const output *out) {
     snell_image_desc image = SNELL_INIT(image_desc);
     char *tag = NULL;
-    int code = picture_look(o, p, &image.exposure, &image.tonemap);
+    picture_look look;
+    int code = picture_read_look(o, p, &look);
+    image.exposure = look.exposure;
     image.exposure_set = true;
+    image.tonemap = look.tonemap;
+    image.white_balance = look.white_balance;
+    if (code == EXIT_DONE) code = values_read_encoding(o, &image.bits, &image.quality);
     if (code == EXIT_DONE && o->value[OPT_STRIP] == NULL && p->tag != NULL) {
         tag = tag_convert(p->tag, o, snell_film_encoded_bits(p->film) == 0);
         if (tag == NULL) code = report_error(EXIT_MEMORY, NULL, "out of memory");

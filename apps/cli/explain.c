@@ -122,10 +122,14 @@ static int take_options(const char *picture, source *s, const options *o, option
     for (size_t i = 0; i < option_table_count; i++) {
         const option_info *info = &option_table[i];
         bool decides = (info->flags & OPTION_PICTURE) != 0 && info->id != OPT_ALLOW;
+        if (info->id == OPT_FRAME && tag_has_frames(s->tag)) continue;
         if (decides && o->given[info->id] > 0)
             return report_usage("explain the scene to see it otherwise",
                                 "--%s: %s says itself how it was made", info->name, picture);
     }
+    if (tag_has_frames(s->tag) && o->value[OPT_FRAME] == NULL)
+        return report_usage("such as --frame 1", "%s has several frames: --frame says which",
+                            picture);
     const json_t *list = json_object_get(s->tag, "options");
     size_t count = json_array_size(list);
     s->words = calloc(count + 1, sizeof *s->words);
@@ -294,6 +298,15 @@ static int explain_stage(explained *e) {
     return code;
 }
 
+/* `from`: where it is not NULL, the scene is to be the one that the picture was made of. */
+static int load_made(stage *s, const source *from, const char *picture) {
+    int code = session_load(s->session, s->input, &s->scene);
+    if (code != EXIT_DONE || from == NULL) return code;
+    code = stage_status(s, snell_scene_hash(s->scene, &s->hash));
+    return code == EXIT_DONE ? check_hash(from->tag, picture, session_label(s->input), s->hash)
+                             : code;
+}
+
 static int explain_scene(explained *e, const source *from, const char *scene) {
     const options *o = e->options;
     render_values values;
@@ -303,14 +316,18 @@ static int explain_scene(explained *e, const source *from, const char *scene) {
     code = session_open(&s, o);
     stage staged = {.options = o, .values = &values, .session = &s, .input = scene};
     e->stage = &staged;
-    s.frame = values.frame_first;
+    stage_set_frame(&s, &values, values.frame_first);
     progress_begin(session_label(scene));
-    if (code == EXIT_DONE) code = session_load(&s, scene, &staged.scene);
-    if (code == EXIT_DONE && from != NULL) {
-        code = stage_status(&staged, snell_scene_hash(staged.scene, &staged.hash));
-        if (code == EXIT_DONE)
-            code = check_hash(from->tag, e->file, session_label(scene), staged.hash);
+    uint32_t first = from != NULL ? tag_first_frame(from->tag) : 0;
+    bool other = code == EXIT_DONE && first > 0 && first != values.frame_first;
+    if (other) { /* the tag's hash is of the first */
+        stage_set_frame(&s, &values, first);
+        code = load_made(&staged, from, e->file);
+        snell_scene_destroy(staged.scene);
+        staged.scene = NULL;
+        stage_set_frame(&s, &values, values.frame_first);
     }
+    if (code == EXIT_DONE) code = load_made(&staged, other ? NULL : from, e->file);
     if (code == EXIT_DONE) code = stage_prepare(&staged);
     if (code == EXIT_DONE) code = check_inside(e);
     if (code == EXIT_DONE) code = count_samples(e);

@@ -355,8 +355,15 @@ static void print_formats(void) {
     }
     puts("\nand others that libassimp reads, by their extension. Without a known extension\n"
          "the content decides; --input-format names the format of a wrong one.");
-    puts("\nPictures are written as .png (8 bit sRGB), .exr (linear float), .pfm (linear\n"
-         "float) and .ppm (8 bit sRGB).");
+    puts("\nPictures and animations are written as\n");
+    snell_picture_format_info format = {.struct_size = sizeof format};
+    for (uint32_t i = 0; snell_picture_format(i, &format); i++)
+        printf("  %-10s  %s%s%s\n", format.extension, format.help,
+               format.picture && format.animation ? "; also animated" : "",
+               format.built ? "" : " (not in this build)");
+    puts("\n--bits 16 makes a .png of 16 bits and an .exr of half floats. Animations take all\n"
+         "frames of --frames or --turntable; a .y4m may go to standard output, into a video\n"
+         "encoder: it is BT.709, limited range, 4:2:0.");
 }
 
 int help_aovs(void) {

@@ -21,7 +21,19 @@ static void print_file(const char *file) {
     text_print_shell(stdout, file);
 }
 
-static void print_command(const json_t *tag, const char *picture) {
+/* What the file's own format tells: how it is packed, and an animation's frames. */
+static void print_packing(const json_t *tag, const snell_picture_info *info) {
+    const json_t *movie = json_object_get(tag, "animation");
+    const char *frames = json_string_value(json_object_get(movie, "frames"));
+    if (info->bits == 16) printf(" --bits=16");
+    if (frames != NULL) {
+        printf(" --frames=");
+        text_print_shell(stdout, frames);
+    }
+    if (movie != NULL) printf(" --fps=%.6g", json_number_value(json_object_get(movie, "fps")));
+}
+
+static void print_command(const json_t *tag, const char *picture, const snell_picture_info *info) {
     const char *file = json_string_value(json_object_get(tag, "file"));
     const json_t *list = json_object_get(tag, "options");
     fputs("  snell render ", stdout);
@@ -30,6 +42,7 @@ static void print_command(const json_t *tag, const char *picture) {
         fputc(' ', stdout);
         text_print_shell(stdout, json_string_value(json_array_get(list, i)));
     }
+    print_packing(tag, info);
     fputs(" -o ", stdout);
     print_file(picture);
     fputs(strcmp(file, "-") == 0 ? " < SCENE\n" : "\n", stdout);
@@ -97,8 +110,11 @@ static void print_noise(const json_t *noise) {
 
 static void print_picture(const char *path, const snell_picture_info *info) {
     text_print_safe(stdout, path);
-    printf(": %s picture, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " channels of %" PRIu32 " bits\n",
+    printf(": %s picture, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " channels of %" PRIu32 " bits",
            info->format, info->width, info->height, info->channels, info->bits);
+    if (info->frames > 0)
+        printf(", %" PRIu32 " frame%s", info->frames, info->frames > 1 ? "s" : "");
+    putchar('\n');
     print_layers(info->layers);
     if (info->tag == NULL || info->tag[0] == '\0') {
         puts("  it does not say how it was made");
@@ -115,7 +131,7 @@ static void print_picture(const char *path, const snell_picture_info *info) {
     text_print_safe(stdout, json_string_value(json_object_get(tag, "snell")));
     bool partial = json_is_true(json_object_get(tag, "partial"));
     puts(partial ? ", stopped before it was done; the whole picture:" : " with");
-    print_command(tag, path);
+    print_command(tag, path, info);
     print_noise(json_object_get(tag, "noise"));
     print_conversion(tag);
     json_decref(tag);
@@ -134,6 +150,7 @@ static int picture_info(const char *path, json_t *root) {
         json_object_set_new(root, "height", json_integer(info.height));
         json_object_set_new(root, "channels", json_integer(info.channels));
         json_object_set_new(root, "bits", json_integer(info.bits));
+        if (info.frames > 0) json_object_set_new(root, "frames", json_integer(info.frames));
         json_object_set_new(root, "layers", json_layers(info.layers));
         if (tag == NULL) tag = made ? report_text(info.tag) : json_null();
         json_object_set_new(root, "made", tag);

@@ -14,6 +14,7 @@
 #define RENDERING "Rendering"
 #define STOPPING "When to stop (whichever comes first, --samples too)"
 #define PROGRAMS "Scene programs"
+#define ANIMATION "Animation"
 #define LIMITS "Limits; over any of them the exit code is 1"
 #define MEASURES "How it is measured"
 #define MACHINE "Machine"
@@ -23,10 +24,16 @@
 
 const option_info option_table[] = {
     {OPT_OUTPUT, "output", 'o', "OUT", "{name}.png, here",
-     ".png .exr .pfm .ppm; {name} is the input's name, '-' standard output", OUTPUT, CMD_RENDER, 0,
-     "@file", false},
+     ".png .exr .jpg .webp .apng .y4m .pfm .ppm; {name} is the input's name, {camera} the "
+     "camera's, "
+     "'-' standard output",
+     OUTPUT, CMD_RENDER, 0, "@file", false},
     {OPT_FORMAT, "format", 0, "NAME", "png", "format for standard output, '-'", OUTPUT,
-     CMD_RENDER | CMD_CONVERT, 0, "png|exr|pfm|ppm", false},
+     CMD_RENDER | CMD_CONVERT, 0, "png|exr|jpg|webp|pfm|ppm|y4m", false},
+    {OPT_BITS, "bits", 0, "N", "PNG 8, EXR 32", "of a channel: PNG 8 or 16, EXR 32 or 16", OUTPUT,
+     CMD_RENDER | CMD_CONVERT, 0, "8|16|32", false},
+    {OPT_QUALITY, "quality", 0, "N", "90", "of JPEG and WebP, 1 to 100; in WebP 100 loses nothing",
+     OUTPUT, CMD_RENDER | CMD_CONVERT, 0, NULL, false},
     {OPT_FORCE, "force", 0, NULL, NULL, "without -o: overwrite even a file snell did not make",
      OUTPUT, CMD_RENDER, 0, NULL, false},
     {OPT_STRIP, "strip", 0, NULL, NULL, "leave out the tag that tells how the picture was made",
@@ -65,15 +72,18 @@ const option_info option_table[] = {
     {OPT_EXPOSURE, "exposure", 0, "STOPS", "scene, 0", "twice as bright with each stop", PICTURE,
      CMD_PICTURE | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE, NULL, false},
     {OPT_TONEMAP, "tonemap", 0, "NAME", "scene, clip; neutral for models",
-     "clip, reinhard or neutral", PICTURE, CMD_PICTURE | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE,
-     "clip|reinhard|neutral", false},
+     "clip, reinhard, neutral, aces or agx", PICTURE, CMD_PICTURE | CMD_COMPARE | CMD_CONVERT,
+     OPTION_PICTURE, "clip|reinhard|neutral|aces|agx", false},
+    {OPT_WHITE_BALANCE, "white-balance", 0, "WHITE", "scene, 6504",
+     "the light that is to look white: kelvin, such as 3200, or a colour", PICTURE,
+     CMD_PICTURE | CMD_COMPARE | CMD_CONVERT, OPTION_PICTURE, TEXT_COLORS, true},
     {OPT_BACKGROUND, "background", 0, "BG", "scene",
      "'transparent', or a colour: '#rrggbb', a name, or linear 'r,g,b'", PICTURE, CMD_PICTURE,
      OPTION_PICTURE, "transparent|" TEXT_COLORS, true},
 
     {OPT_CAMERA, "camera", 'c', "NAME", "the first",
-     "a camera of the file, by name or by number from 1", VIEW, CMD_PICTURE, OPTION_PICTURE, NULL,
-     false},
+     "a camera of the file, by name or by number from 1; all: a picture from each", VIEW,
+     CMD_PICTURE, OPTION_PICTURE, NULL, false},
     {OPT_VIEW, "view", 0, "DIR", NULL,
      "front, back, left, right, top, bottom, iso or AZ,EL in degrees: frame the whole model from "
      "there",
@@ -119,11 +129,6 @@ const option_info option_table[] = {
      "makes it again",
      STOPPING, CMD_RENDER, 0, NULL, false},
 
-    {OPT_FRAME, "frame", 0, "N", "the first", "one frame of a scene with animation{}", PROGRAMS,
-     CMD_PICTURE | CMD_INFO, OPTION_PICTURE, NULL, false},
-    {OPT_FRAMES, "frames", 0, "A..B", NULL,
-     "each of these frames, in files of their own: OUT.0001.png, or where OUT has %04d", PROGRAMS,
-     CMD_RENDER, 0, NULL, false},
     {OPT_SET, "set", 'D', "NAME=VALUE", NULL, "a value for param(\"NAME\") in a Lua scene",
      PROGRAMS, CMD_PICTURE | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, NULL, false},
     {OPT_ALLOW, "allow", 'I', "DIR", "the scene's own folder", "also read files in DIR", PROGRAMS,
@@ -131,6 +136,19 @@ const option_info option_table[] = {
     {OPT_INPUT_FORMAT, "input-format", 0, "F", "by its content",
      "for standard input or a wrong extension", PROGRAMS, CMD_PICTURE | CMD_INFO, OPTION_PICTURE,
      NULL, false},
+
+    {OPT_FRAME, "frame", 0, "N", "the first",
+     "one frame of a scene with animation{}, or of a turntable", ANIMATION, CMD_PICTURE | CMD_INFO,
+     OPTION_PICTURE, NULL, false},
+    {OPT_FRAMES, "frames", 0, "A..B", NULL,
+     "each of these frames: in one .apng, .webp or .y4m; else in files of their own, OUT.0001.png, "
+     "or "
+     "where OUT has %04d",
+     ANIMATION, CMD_RENDER, 0, NULL, false},
+    {OPT_FPS, "fps", 0, "N", "scene, 24", "frames in a second", ANIMATION, CMD_RENDER, 0, NULL,
+     false},
+    {OPT_TURNTABLE, "turntable", 0, "N", NULL, "N frames, the camera going once around the model",
+     ANIMATION, CMD_PICTURE, OPTION_PICTURE, NULL, false},
 
     {OPT_MAX_FLIP, "max-flip", 0, "X", NULL, "mean FLIP, 0 to 1", LIMITS, CMD_COMPARE, 0, NULL,
      false},
@@ -198,17 +216,21 @@ const command_info command_table[] = {
     {CMD_RENDER, "render", "FILE... [-o OUT]", "make a picture of each file",
      "make a picture of a model or a scene\n"
      "A file without camera or light is framed and lit for you; what was added is said in one "
-     "line. A file with cameras is seen by its first: -c takes another, --view frames the whole "
+     "line. Of a folder, every model in it is taken. A file with cameras is seen by its first: -c "
+     "takes another, --view frames the whole "
      "model. [..] is the default; [scene] means what the scene asks for, and the value after it is "
      "used when it asks for nothing.",
      "Ctrl-C or SIGTERM: what is done is saved as OUT with '.partial' before the extension; OUT "
      "itself is never left half written.",
      "snell render shoe.glb --view 30,15 --ground --background '#fff' -s 1600x1200\n"
-     "snell render shoe.glb --background transparent -o shoe.png\n"
+     "snell render shoe.glb --background transparent -o shoe.webp\n"
+     "snell render shoe.glb --turntable 48 -o shoe.apng\n"
      "snell render *.stl -o 'thumbs/{name}.png' -s 256x256 --strict\n"
      "snell render glass.lua -D depth=5 -n 64 -o glass.exr\n"
      "snell render glass.lua -i path --noise 1% --time-limit 10m -o glass.exr\n"
      "snell render planets.lua --frames 1..120 -o 'out/%04d.png'\n"
+     "snell solar.lua --frames 1..99 -o - --format y4m | ffmpeg -i - solar.mp4\n"
+     "snell render models/ -o 'thumbs/{name}.jpg' -s 256x256\n"
      "snell render glass.lua --aov depth,normal,crypto_object -o glass.exr\n"
      "ssh server snell render - -o - < scene.lua > scene.png"},
     {CMD_EXPLAIN, "explain", "FILE X Y", "why has this pixel this colour? draw its tree of rays",
@@ -251,7 +273,8 @@ const command_info command_table[] = {
      "snell compare a.png b.png --json | jq .rmse"},
     {CMD_CONVERT, "convert", "A B", "change format, exposure or tone map; no new rendering",
      "change a picture's format, exposure or tone map\n"
-     "A is PNG, JPEG, PPM, EXR, PFM or HDR, B a .png, .exr, .pfm or .ppm; '-' is standard input or "
+     "A is PNG, JPEG, PPM, EXR, PFM or HDR, B a .png, .exr, .jpg, .webp, .pfm or .ppm; '-' is "
+     "standard input or "
      "output. Nothing is rendered. From floats to 8 bits the picture is exposed and mapped as its "
      "scene asks, if snell made it. Its tag is kept: 'snell info B' says how to make it again.",
      "B is the old file or the complete new one, never half written.",

@@ -10,10 +10,9 @@
 
 #include "report.h"
 
-static bool is_standard(const output *out) { return strcmp(out->path, "-") == 0; }
+bool output_is_standard(const output *out) { return strcmp(out->path, "-") == 0; }
 
-/* The last name of the path without its extension. */
-static void input_name(const char *input, const char **name, size_t *length) {
+void output_input_name(const char *input, const char **name, size_t *length) {
     if (strcmp(input, "-") == 0) input = "stdin";
     const char *slash = strrchr(input, '/');
     *name = slash != NULL ? slash + 1 : input;
@@ -23,38 +22,60 @@ static void input_name(const char *input, const char **name, size_t *length) {
     *length = dot != NULL && dot != *name ? (size_t)(dot - *name) : strlen(*name);
 }
 
-/* The first {word} in `pattern` other than {name}; its length in *length, 0 for none. */
-static const char *unknown_mark(const char *pattern, size_t *length) {
+/* The first {word} in `pattern` that means nothing; its length in *length, 0 for none. */
+static const char *unknown_mark(const char *pattern, bool cameras, size_t *length) {
     *length = 0;
     for (const char *at = strchr(pattern, '{'); at != NULL; at = strchr(at + 1, '{')) {
         size_t span = strspn(at + 1, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_");
         if (at[span + 1] != '}' || (span == 4 && strncmp(at, "{name}", 6) == 0)) continue;
+        if (cameras && span == 6 && strncmp(at, "{camera}", 8) == 0) continue;
         *length = span + 2;
         return at;
     }
     return NULL;
 }
 
-/* `pattern` with the name in place of every {name}; NULL on lack of memory. */
-static char *expand_name(const char *pattern, const char *input) {
-    static const char mark[] = "{name}";
-    const char *name;
-    size_t length, count = 0;
-    input_name(input, &name, &length);
-    for (const char *at = pattern; (at = strstr(at, mark)) != NULL; at += sizeof mark - 1) count++;
+/* `pattern` with `text` in place of every mark, such as "{name}"; NULL on lack of memory. */
+static char *expand(const char *pattern, const char *mark, const char *text, size_t length) {
+    size_t count = 0, width = strlen(mark);
+    for (const char *at = pattern; (at = strstr(at, mark)) != NULL; at += width) count++;
     char *path = malloc(strlen(pattern) + count * length + 1), *to = path;
     if (path == NULL) return NULL;
     while (*pattern != '\0') {
-        if (strncmp(pattern, mark, sizeof mark - 1) == 0) {
-            memcpy(to, name, length);
+        if (strncmp(pattern, mark, width) == 0) {
+            memcpy(to, text, length);
             to += length;
-            pattern += sizeof mark - 1;
+            pattern += width;
         } else {
             *to++ = *pattern++;
         }
     }
     *to = '\0';
     return path;
+}
+
+static char *expand_name(const char *pattern, const char *input, bool whole) {
+    const char *name;
+    size_t length;
+    output_input_name(input, &name, &length);
+    return expand(pattern, "{name}", name, whole ? strlen(name) : length);
+}
+
+/* What a file's name should not have. */
+static void make_plain(char *name) {
+    for (char *c = name; *c != '\0'; c++)
+        if (strchr("/\\:*?\"<>|", *c) != NULL || (unsigned char)*c <= ' ') *c = '_';
+}
+
+/* `path` with the camera's name where {camera} stands, else before the extension; takes the path. */
+static char *expand_camera(char *path, const char *camera) {
+    char name[128];
+    snprintf(name, sizeof name, "%s", camera);
+    make_plain(name);
+    char *named = strstr(path, "{camera}") != NULL ? expand(path, "{camera}", name, strlen(name))
+                                                   : output_aov_path(path, name);
+    free(path);
+    return named;
 }
 
 /* The place of "%d", "%4d" or "%04d" and its length; NULL without one. The other % of a pattern stand
@@ -88,23 +109,56 @@ static char *expand_number(char *path, uint32_t frame) {
     return numbered;
 }
 
-static const char *path_extension(const char *path) {
+const char *output_extension(const char *path) {
     const char *slash = strrchr(path, '/'), *name = slash != NULL ? slash + 1 : path;
     const char *dot = strrchr(name, '.');
     return dot != NULL && dot != name ? dot + 1 : "";
 }
 
-static int check_format(const char *label, const char *extension, const char *path) {
-    static const char *const known[] = {"png", "exr", "pfm", "ppm"};
-    const char *missing = "";
-    struct stat info;
-    snell_features(&missing);
-    if (strcasecmp(extension, "exr") == 0 && strstr(missing, "openexr") != NULL) {
-        return report_error(EXIT_UNSUPPORTED, "write .pfm, which is linear float too",
-                            "'%s': this build has no OpenEXR", path);
+bool output_find_format(const char *word, snell_picture_format_info *out) {
+    *out = (snell_picture_format_info){.struct_size = sizeof *out};
+    for (uint32_t i = 0; snell_picture_format(i, out); i++) {
+        bool same = strcasecmp(word, out->name) == 0 || strcasecmp(word, out->extension + 1) == 0;
+        if (!same && out->extension_too[0] != '\0')
+            same = strcasecmp(word, out->extension_too + 1) == 0;
+        if (same) return true;
     }
-    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        if (strcasecmp(extension, known[i]) == 0) return EXIT_DONE;
+    return false;
+}
+
+bool output_is_movie(const options *o, bool many_frames) {
+    const char *given = o->value[OPT_OUTPUT], *word = "png";
+    bool standard = given != NULL && strcmp(given, "-") == 0;
+    size_t length;
+    if (given != NULL && !standard) word = output_extension(given);
+    if (standard && o->value[OPT_FORMAT] != NULL) word = o->value[OPT_FORMAT];
+    snell_picture_format_info format;
+    if (!output_find_format(word, &format) || !format.animation) return false;
+    return !format.picture || (many_frames && !standard && find_number(given, &length) == NULL);
+}
+
+/* What --bits and --quality ask for must be there to be had. */
+static int check_encoding(const options *o, const snell_picture_format_info *f) {
+    uint32_t bits, quality;
+    int code = values_read_encoding(o, &bits, &quality);
+    if (code == EXIT_DONE && quality > 0 && !f->quality)
+        code = report_usage("it is for .jpg and .webp", "--quality: a %s file loses nothing",
+                            f->extension);
+    if (code == EXIT_DONE && bits > 0 && bits != f->bits[0] && bits != f->bits[1])
+        code = report_usage("PNG has 8 or 16, EXR 16 or 32", "--bits: a %s file has no %u of them",
+                            f->extension, bits);
+    return code;
+}
+
+static int check_format(const char *label, const char *extension, const char *path,
+                        snell_picture_format_info *format) {
+    struct stat info;
+    if (output_find_format(extension, format)) {
+        if (format->built) return EXIT_DONE;
+        return report_error(EXIT_UNSUPPORTED,
+                            "'snell --version' tells what it lacks; write .png, or "
+                            ".pfm for floats",
+                            "'%s': this build does not write %s", path, format->extension);
     }
     bool folder = *path == '\0' || path[strlen(path) - 1] == '/' ||
                   (stat(path, &info) == 0 && S_ISDIR(info.st_mode));
@@ -112,7 +166,8 @@ static int check_format(const char *label, const char *extension, const char *pa
         return report_usage(*label == '-' ? "such as -o 'folder/{name}.png'" : NULL,
                             "%s'%s' is a folder", label, path);
     }
-    return report_usage("the extension says how it is written: .png, .exr, .pfm or .ppm",
+    return report_usage("the extension says how it is written: .png, .exr, .jpg, .webp, .pfm or "
+                        ".ppm, and .apng, .webp or .y4m for an animation",
                         "%s'%s' is no kind of picture that snell writes", label, path);
 }
 
@@ -171,7 +226,7 @@ static bool made_by_snell(const char *path) {
 }
 
 /* Without -o the name was not chosen by the user, so a file of somebody else's stays. */
-static int check_owner(const output *out, const char *path) {
+int output_check_owner(const output *out, const char *path) {
     struct stat info;
     if (out->given != NULL || out->force || lstat(path, &info) != 0) return EXIT_DONE;
     if (made_by_snell(path)) return EXIT_DONE;
@@ -180,7 +235,7 @@ static int check_owner(const output *out, const char *path) {
 }
 
 static int plan_standard(output *out, const options *o, const char *label) {
-    out->format = o->value[OPT_FORMAT] != NULL ? o->value[OPT_FORMAT] : "png";
+    const char *format = o->value[OPT_FORMAT] != NULL ? o->value[OPT_FORMAT] : "png";
     if (report_json()) {
         return report_usage(NULL, "%sthe picture and --json both want standard output", label);
     }
@@ -189,33 +244,42 @@ static int plan_standard(output *out, const options *o, const char *label) {
                             "%sstandard output is a terminal", label);
     }
     char name[16];
-    snprintf(name, sizeof name, "-.%s", out->format);
-    return check_format(label, out->format, name);
+    snprintf(name, sizeof name, "-.%s", format);
+    return check_format(label, format, name, &out->format);
 }
 
 static int plan_file(output *out, const options *o, const char *label) {
     if (out->path == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
-    if (is_standard(out)) return plan_standard(out, o, label);
+    if (output_is_standard(out)) return plan_standard(out, o, label);
     if (o->value[OPT_FORMAT] != NULL) {
         return report_usage("with a file the extension of -o, or of B, says it",
                             "--format is for standard output, '-'");
     }
-    int code = check_format(label, path_extension(out->path), out->path);
+    int code = check_format(label, output_extension(out->path), out->path, &out->format);
     return code == EXIT_DONE ? check_folder(out->path) : code;
 }
 
 int output_plan_path(output *out, const options *o, const char *label, const char *path) {
     *out = (output){.path = strdup(path), .given = path};
-    return plan_file(out, o, label);
+    int code = plan_file(out, o, label);
+    if (code == EXIT_DONE && !out->format.picture)
+        code = report_usage("snell render writes animations", "%s'%s' is for several pictures",
+                            label, path);
+    return code == EXIT_DONE ? check_encoding(o, &out->format) : code;
 }
 
-int output_plan(output *out, const options *o, const char *input, uint32_t frame) {
+int output_plan(output *out, const options *o, const output_subject *of) {
     *out = (output){.given = o->value[OPT_OUTPUT], .force = o->value[OPT_FORCE] != NULL};
-    out->path = expand_name(out->given != NULL ? out->given : "{name}.png", input);
-    if (out->path != NULL && frame > 0 && !is_standard(out))
-        out->path = expand_number(out->path, frame);
+    const char *pattern = out->given != NULL ? out->given : "{name}.png";
+    out->path = expand_name(pattern, of->input, of->whole);
+    bool camera = of->camera[0] != '\0' || strstr(pattern, "{camera}") != NULL;
+    if (out->path != NULL && camera && !output_is_standard(out))
+        out->path = expand_camera(out->path, of->camera[0] != '\0' ? of->camera : "camera");
+    if (out->path != NULL && of->frame > 0 && !output_is_standard(out))
+        out->path = expand_number(out->path, of->frame);
     int code = plan_file(out, o, "-o: ");
-    if (code == EXIT_DONE && !is_standard(out)) code = check_owner(out, out->path);
+    if (code == EXIT_DONE) code = check_encoding(o, &out->format);
+    if (code == EXIT_DONE && !output_is_standard(out)) code = output_check_owner(out, out->path);
     return code;
 }
 
@@ -224,60 +288,91 @@ void output_free(output *out) {
     out->path = NULL;
 }
 
-int output_check_all(const options *o) {
+/* Standard output takes one picture, or one stream of frames; standard input is read once. */
+static int check_standard(const options *o, const render_values *v) {
     const char *given = o->value[OPT_OUTPUT];
+    bool again = v->many_frames || v->all_cameras, standard = given && strcmp(given, "-") == 0;
+    bool movie = output_is_movie(o, v->many_frames);
+    const char *option = v->all_cameras ? "--camera all"
+                         : v->turntable ? "--turntable"
+                                        : "--frames";
+    if (standard && v->all_cameras)
+        return report_usage("such as -o '{camera}.png'",
+                            "--camera all makes several pictures; standard output takes one");
+    if (standard && v->many_frames && !movie)
+        return report_usage("such as -o 'out/%04d.png', or --format y4m for a video encoder",
+                            "%s makes several pictures; standard output takes one", option);
+    if (movie && o->value[OPT_AOV] != NULL && strcmp(o->value[OPT_AOV], "none") != 0)
+        return report_usage("write numbered pictures, such as -o 'out/%04d.exr'",
+                            "--aov: an animation has no layers");
+    for (size_t i = 0; i < o->operands.count && again; i++) {
+        if (strcmp(o->operands.items[i], "-") == 0)
+            return report_usage("put it into a file",
+                                "%s reads the scene once per picture, standard input only once",
+                                option);
+    }
+    return EXIT_DONE;
+}
+
+typedef struct planned {
+    char *path;
+    size_t index;
+} planned;
+
+static int compare_paths(const void *a, const void *b) {
+    const planned *x = a, *y = b;
+    int order = strcmp(x->path, y->path);
+    return order != 0 ? order : (x->index > y->index) - (x->index < y->index);
+}
+
+static int check_unique(const options *o, const char *pattern, const bool *whole) {
     size_t count = o->operands.count;
+    const char **items = o->operands.items;
+    planned *all = calloc(count + 1, sizeof *all);
+    int code = all != NULL ? EXIT_DONE : report_error(EXIT_MEMORY, NULL, "out of memory");
+    for (size_t i = 0; i < count && code == EXIT_DONE; i++) {
+        all[i] = (planned){expand_name(pattern, items[i], whole[i]), i};
+        if (all[i].path == NULL) code = report_error(EXIT_MEMORY, NULL, "out of memory");
+    }
+    if (code == EXIT_DONE) qsort(all, count, sizeof *all, compare_paths);
+    for (size_t i = 0; i + 1 < count && code == EXIT_DONE; i++) {
+        if (strcmp(all[i].path, all[i + 1].path) != 0) continue;
+        code = report_usage("name them one at a time with -o",
+                            "'%s' and '%s' would both be written to %s", items[all[i].index],
+                            items[all[i + 1].index], all[i].path);
+    }
+    for (size_t i = 0; all != NULL && i < count; i++) free(all[i].path);
+    free(all);
+    return code;
+}
+
+int output_check_all(const options *o, const render_values *v, const bool *whole) {
+    const char *given = o->value[OPT_OUTPUT];
+    size_t count = o->operands.count, length = 0;
     if (o->given[OPT_OUTPUT] > 1) {
         return report_usage(NULL, "-o is given twice; one render writes one picture");
     }
-    if (o->value[OPT_FRAMES] != NULL && given != NULL && strcmp(given, "-") == 0) {
-        return report_usage("such as -o 'out/%04d.png'",
-                            "--frames makes several pictures; standard output takes one");
-    }
-    for (size_t i = 0; i < count && o->value[OPT_FRAMES] != NULL; i++) {
-        if (strcmp(o->operands.items[i], "-") == 0)
-            return report_usage(
-                "put it into a file",
-                "--frames reads the scene once per frame, standard input only once");
-    }
-    size_t length = 0;
-    const char *mark = given != NULL ? unknown_mark(given, &length) : NULL;
+    int code = check_standard(o, v);
+    if (code != EXIT_DONE) return code;
+    snell_picture_format_info format;
+    if (given != NULL && strcmp(given, "-") != 0)
+        code = check_format("-o: ", output_extension(given), given, &format);
+    if (code != EXIT_DONE) return code;
+    const char *mark = given != NULL ? unknown_mark(given, v->all_cameras, &length) : NULL;
     if (mark != NULL) {
-        return report_usage("{name} stands for the input's name", "-o: '%.*s' means nothing",
-                            (int)(length < 80 ? length : 80), mark);
+        return report_usage(v->all_cameras ? "{name} is the input's name, {camera} the camera's"
+                                           : "{name} stands for the input's name",
+                            "-o: '%.*s' means nothing", (int)(length < 80 ? length : 80), mark);
     }
     if (count > 1 && given != NULL && strstr(given, "{name}") == NULL) {
         return report_usage("such as -o '{name}.png'", "-o: one name for %zu pictures", count);
     }
-    int code = EXIT_DONE;
-    for (size_t i = 0; i < count && code == EXIT_DONE; i++) {
-        const char *pattern = given != NULL ? given : "{name}.png";
-        char *a = expand_name(pattern, o->operands.items[i]);
-        for (size_t j = 0; j < i && code == EXIT_DONE; j++) {
-            char *b = expand_name(pattern, o->operands.items[j]);
-            if (a == NULL || b == NULL)
-                code = report_error(EXIT_MEMORY, NULL, "out of memory");
-            else if (strcmp(a, b) == 0) {
-                code = report_usage("name them one at a time with -o",
-                                    "'%s' and '%s' would both be written to %s",
-                                    o->operands.items[j], o->operands.items[i], a);
-            }
-            free(b);
-        }
-        free(a);
-    }
-    return code;
+    return check_unique(o, given != NULL ? given : "{name}.png", whole);
 }
 
 /* ---- AOVs ---- */
 
-static bool holds_aovs(const char *extension) { return strcasecmp(extension, "exr") == 0; }
-
-static const char *format_of(const output *out) {
-    return is_standard(out) ? out->format : path_extension(out->path);
-}
-
-bool output_has_aov_files(const output *out) { return !holds_aovs(format_of(out)); }
+bool output_has_aov_files(const output *out) { return !out->format.layers; }
 
 /* How many channels the first AOV in the list has. */
 static size_t channel_count(const char *list) {
@@ -293,11 +388,11 @@ static size_t channel_count(const char *list) {
 
 int output_check_aovs(const output *out, const char *list) {
     if (list == NULL || *list == '\0' || !output_has_aov_files(out)) return EXIT_DONE;
-    if (is_standard(out)) {
+    if (output_is_standard(out)) {
         return report_usage("--format exr has room for them, --aov none leaves them out",
                             "--aov: standard output takes one picture");
     }
-    bool numbers = strcasecmp(path_extension(out->path), "pfm") == 0;
+    bool numbers = out->format.linear;
     for (const char *at = list; numbers && *at != '\0';) {
         size_t length = strcspn(at, ",");
         if (channel_count(at) > 3) {
@@ -310,13 +405,12 @@ int output_check_aovs(const output *out, const char *list) {
 }
 
 char *output_aov_path(const char *path, const char *name) {
-    const char *extension = path_extension(path);
+    const char *extension = output_extension(path);
     size_t stem = strlen(path) - strlen(extension), size = strlen(path) + strlen(name) + 2;
     char *made = malloc(size);
     if (made == NULL) return NULL;
     snprintf(made, size, "%.*s%s.%s", (int)stem, path, name, extension);
-    for (char *c = made + stem; c < made + stem + strlen(name); c++)
-        if (strchr("/\\:*?\"<>|", *c) != NULL || (unsigned char)*c <= ' ') *c = '_';
+    make_plain(made + stem);
     return made;
 }
 
@@ -326,7 +420,7 @@ static int write_aov(const output *out, const snell_film *film, const snell_imag
     char *place = output_aov_path(path, name);
     one.aov = name;
     if (place == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
-    int code = check_owner(out, place);
+    int code = output_check_owner(out, place);
     if (code == EXIT_DONE) {
         snell_status status = snell_film_write(film, place, &one);
         if (status != SNELL_OK) code = report_status(status, place);
@@ -349,10 +443,10 @@ static int write_files(const output *out, const snell_film *film, const snell_im
 }
 
 int output_write(const output *out, const snell_film *film, const snell_image_desc *desc) {
-    if (!is_standard(out)) return write_files(out, film, desc, out->path);
+    if (!output_is_standard(out)) return write_files(out, film, desc, out->path);
     void *data = NULL;
     size_t size = 0;
-    snell_status status = snell_film_encode(film, out->format, desc, &data, &size);
+    snell_status status = snell_film_encode(film, out->format.name, desc, &data, &size);
     if (status != SNELL_OK) return report_status(status, "standard output");
     bool written = fwrite(data, 1, size, stdout) == size && fflush(stdout) == 0;
     int error = errno;
@@ -361,16 +455,21 @@ int output_write(const output *out, const snell_film *film, const snell_image_de
     return report_error(EXIT_IO, NULL, "standard output cannot be written: %s", strerror(error));
 }
 
+char *output_partial_path(const output *out) {
+    const char *extension = output_extension(out->path);
+    size_t stem = strlen(out->path) - strlen(extension), size = strlen(out->path) + 16;
+    char *partial = malloc(size);
+    if (partial != NULL) snprintf(partial, size, "%.*spartial.%s", (int)stem, out->path, extension);
+    return partial;
+}
+
 int output_write_partial(const output *out, const snell_film *film, const snell_image_desc *desc,
                          char **path) {
     *path = NULL;
-    if (is_standard(out)) return EXIT_DONE;
-    const char *extension = path_extension(out->path);
-    size_t stem = strlen(out->path) - strlen(extension), size = strlen(out->path) + 16;
-    char *partial = malloc(size);
+    if (output_is_standard(out)) return EXIT_DONE;
+    char *partial = output_partial_path(out);
     if (partial == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
-    snprintf(partial, size, "%.*spartial.%s", (int)stem, out->path, extension);
-    int code = check_owner(out, partial);
+    int code = output_check_owner(out, partial);
     if (code == EXIT_DONE) code = write_files(out, film, desc, partial);
     if (code == EXIT_DONE)
         *path = partial;

@@ -27,7 +27,7 @@ static int read_layer(session *s, const char *real, const char *shown, const cha
 
 static void read_tag(const char *real, picture_file *p) {
     snell_picture_info info = {.struct_size = sizeof info};
-    bool known = snell_picture_read_info(real, &info) == SNELL_OK; /* HDR and JPEG have none */
+    bool known = snell_picture_read_info(real, &info) == SNELL_OK; /* HDR has none */
     p->tag = known ? info.tag : NULL;
     if (known) snell_free(info.layers);
     if (p->tag != NULL) p->parsed = tag_read(p->tag);
@@ -59,16 +59,19 @@ int picture_open_layer(session *s, const picture_file *p, const char *layer, sne
     return EXIT_DONE;
 }
 
-int picture_look(const options *o, const picture_file *p, float *exposure, const char **tonemap) {
-    bool own = snell_film_encoded_bits(p->film) == 0 && o->value[OPT_LAYER] == NULL;
-    const char *made = own ? tag_option(p->parsed, "exposure") : NULL;
+int picture_read_look(const options *o, const picture_file *p, picture_look *out) {
+    bool own = snell_film_encoded_bits(p->film) == 0 && o->value[OPT_LAYER] == NULL, given;
+    const char *made = own ? tag_option(p->parsed, "exposure") : NULL,
+               *white = own ? tag_option(p->parsed, "white-balance") : NULL;
     double number = 0;
     if (made == NULL || !text_number(made, &number) || number < -50 || number > 50) number = 0;
     int code = values_read_decimal(o, OPT_EXPOSURE, "exposure", -50, 50, &number);
-    *exposure = (float)number;
-    *tonemap = o->value[OPT_TONEMAP];
-    if (*tonemap == NULL && own) *tonemap = tag_option(p->parsed, "tonemap");
-    if (*tonemap == NULL || !text_choice_has(option_find("tonemap", 7)->values, *tonemap))
-        *tonemap = "clip";
+    out->exposure = (float)number;
+    out->tonemap = o->value[OPT_TONEMAP];
+    if (out->tonemap == NULL && own) out->tonemap = tag_option(p->parsed, "tonemap");
+    if (out->tonemap == NULL || !text_choice_has(option_find("tonemap", 7)->values, out->tonemap))
+        out->tonemap = "clip";
+    if (white == NULL || !values_white(white, out->white_balance)) out->white_balance[0] = '\0';
+    if (code == EXIT_DONE) code = values_read_white(o, out->white_balance, &given);
     return code;
 }

@@ -6,6 +6,7 @@
 #include <snell/snell.h>
 
 #include "session.h"
+#include "values.h"
 
 typedef struct picture_file {
     const char *path; /* as typed */
@@ -20,9 +21,13 @@ void picture_close(picture_file *p);
 /* Another layer of the same file, if it has one of that name; else *out is NULL. */
 int picture_open_layer(session *s, const picture_file *p, const char *layer, snell_film **out);
 
-/* Exposure and tone map for showing floats: the command line's, else those of the render that made
- * the picture (of files of floats, which have no look of their own), else 0 and clip. The string is
- * borrowed. */
-int picture_look(const options *o, const picture_file *p, float *exposure, const char **tonemap);
+typedef struct picture_look {
+    float exposure;
+    const char *tonemap; /* borrowed */
+    char white_balance[WHITE_TEXT_MAX];
+} picture_look;
+/* How floats are shown: as the command line says, else as the render that made the picture (of files
+ * of floats, which have no look of their own), else exposure 0 and clip. */
+int picture_read_look(const options *o, const picture_file *p, picture_look *out);
 
 #endif

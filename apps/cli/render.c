@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "batch.h"
 #include "commands.h"
 #include "output.h"
 #include "progress.h"
@@ -16,13 +17,35 @@
 #include "text.h"
 #include "values.h"
 
+/* An animation so far. */
+typedef struct movie_progress {
+    output output; /* of the file */
+    char *partial; /* where it ended instead */
+    uint32_t frames, width, height, samples;
+    double fps, seconds;
+    snell_integrator integrator;
+} movie_progress;
+
+/* What all pictures of a command share. */
+typedef struct run {
+    const options *options;
+    const render_values *values;
+    session *session;
+    snell_film *film;
+    json_t *results;
+    size_t pictures, failed, planned;
+    snell_movie *movie; /* NULL: none is begun */
+    movie_progress done;
+} run;
+
 typedef struct job {
     stage stage;
     output output;
+    run *run;
     snell_film *film;
     snell_render_stats stats;
     char *partial;
-    bool rendered;
+    bool rendered, movie;
     double load, build, render, write;
 } job;
 
@@ -32,8 +55,7 @@ static int write_picture(job *j, bool partial) {
     snell_image_desc image = stage_image(&j->stage);
     char *tag = NULL;
     if (j->stage.options->value[OPT_STRIP] == NULL) {
-        tag = tag_make(j->stage.options, j->stage.input, j->stage.hash, &j->stage.desc, j->film,
-                       j->stage.session->frame, partial);
+        tag = tag_make(&j->stage, j->film, partial);
         if (tag == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
     }
     image.tag = tag;
@@ -43,12 +65,62 @@ static int write_picture(job *j, bool partial) {
     return code;
 }
 
+static bool write_standard(void *user, const void *data, size_t size) {
+    (void)user;
+    return fwrite(data, 1, size, stdout) == size && fflush(stdout) == 0;
+}
+
+/* The first frame begins the file. `asked`: as the render was described. */
+static int begin_movie(job *j, const snell_image_desc *image, const snell_render_desc *asked) {
+    movie_progress *done = &j->run->done;
+    snell_animation clock = {.struct_size = sizeof clock};
+    snell_status status = snell_scene_get_animation(j->stage.scene, &clock);
+    if (status != SNELL_OK) return report_status(status, NULL);
+    double fps = j->stage.values->fps;
+    if (fps == 0) fps = clock.frame_count > 0 ? (double)clock.fps : 24;
+    bool standard = output_is_standard(&j->output);
+    snell_image_desc first = *image;
+    char *tag = NULL;
+    if (j->stage.options->value[OPT_STRIP] == NULL) {
+        tag = tag_make_movie(&j->stage, asked, j->film, fps);
+        if (tag == NULL) return report_error(EXIT_MEMORY, NULL, "out of memory");
+    }
+    first.tag = tag;
+    snell_movie_desc desc = SNELL_INIT(movie_desc);
+    desc.format = j->output.format.name;
+    desc.fps = fps;
+    desc.image = &first;
+    desc.write = write_standard;
+    status = snell_movie_create(standard ? NULL : j->output.path, &desc, &j->run->movie);
+    free(tag);
+    if (status != SNELL_OK) return report_status(status, j->output.path);
+    done->output = j->output; /* its path goes with it */
+    j->output.path = strdup(j->output.path);
+    done->fps = fps;
+    done->integrator = j->stage.desc.integrator;
+    return j->output.path != NULL ? EXIT_DONE : report_error(EXIT_MEMORY, NULL, "out of memory");
+}
+
+static int add_frame(job *j, const snell_render_desc *asked) {
+    movie_progress *done = &j->run->done;
+    snell_image_desc image = stage_image(&j->stage);
+    int code = j->run->movie == NULL ? begin_movie(j, &image, asked) : EXIT_DONE;
+    if (code != EXIT_DONE) return code;
+    snell_status status = snell_movie_add(j->run->movie, j->film, &image);
+    if (status != SNELL_OK) return report_status(status, j->output.path);
+    snell_film_pixels(j->film, &done->width, &done->height, NULL);
+    done->frames++;
+    if (j->stage.desc.samples > done->samples) done->samples = j->stage.desc.samples;
+    return EXIT_DONE;
+}
+
 static bool in_rounds(const job *j) {
     return j->stage.desc.noise > 0 || j->stage.desc.time_limit > 0;
 }
 
 static int render_and_write(job *j) {
     double start = progress_seconds();
+    const snell_render_desc asked = j->stage.desc;
     snell_status status = snell_render(j->stage.scene, &j->stage.desc, j->film);
     j->render = progress_seconds() - start;
     j->stats = (snell_render_stats){.struct_size = sizeof j->stats};
@@ -65,25 +137,43 @@ static int render_and_write(job *j) {
     progress_end();
     start = progress_seconds();
     int code = report_strict();
-    if (stopped) {
-        code = write_picture(j, true);
+    if (stopped) { /* an animation keeps its whole frames */
+        code = j->movie ? EXIT_DONE : write_picture(j, true);
         if (code == EXIT_DONE) code = EXIT_SOME_FAILED;
     } else if (code == EXIT_DONE) {
-        code = write_picture(j, false);
+        code = j->movie ? add_frame(j, &asked) : write_picture(j, false);
         j->rendered = code == EXIT_DONE;
     }
     j->write = progress_seconds() - start;
     return code;
 }
 
-static int run_job(job *j) {
-    int code = output_plan(&j->output, j->stage.options, j->stage.input,
-                           j->stage.values->many_frames ? j->stage.session->frame : 0);
+static int plan(job *j, const bool whole) {
+    uint32_t frame = j->stage.session->turn > 0 ? j->stage.session->turn : j->stage.session->frame;
+    bool numbered = j->stage.values->many_frames && !j->movie;
+    return output_plan(
+        &j->output, j->stage.options,
+        &(output_subject){j->stage.input, whole, numbered ? frame : 0, j->stage.camera});
+}
+
+/* What is said of a file is said once, not again for its next view. */
+static bool is_next_view(const job *j) {
+    const session *s = j->stage.session;
+    return s->camera > 0 || s->turn > j->stage.values->frame_first;
+}
+
+static int run_job(job *j, bool whole) {
+    /* The name of a camera is known when the file is read. */
+    bool early = !j->stage.values->all_cameras;
+    int code = early ? plan(j, whole) : EXIT_DONE;
+    report_mute(is_next_view(j));
     if (code == EXIT_DONE) code = session_load(j->stage.session, j->stage.input, &j->stage.scene);
     j->load = progress_seconds();
     if (code == EXIT_DONE && j->stage.options->value[OPT_STRIP] == NULL)
         code = stage_status(&j->stage, snell_scene_hash(j->stage.scene, &j->stage.hash));
     if (code == EXIT_DONE) code = stage_prepare(&j->stage);
+    report_mute(false);
+    if (code == EXIT_DONE && !early) code = plan(j, whole);
     if (code == EXIT_DONE) code = output_check_aovs(&j->output, j->stage.desc.aov);
     j->build = progress_seconds() - j->load;
     if (code == EXIT_DONE) code = render_and_write(j);
@@ -238,6 +328,12 @@ static void json_aovs(json_t *root, const job *j) {
 static void json_picture(json_t *root, const job *j) {
     uint32_t width = 0, height = 0;
     char hash[32], weight[32];
+    snell_image_desc image = stage_image(&j->stage);
+    float exposure;
+    const char *tonemap = snell_film_look(j->film, &exposure), *white = image.white_balance;
+    if (image.exposure_set) exposure = image.exposure;
+    if (image.tonemap != NULL) tonemap = image.tonemap;
+    if (white == NULL) white = snell_film_white_balance(j->film);
     snell_film_pixels(j->film, &width, &height, NULL);
     json_object_set_new(root, "output", report_text(j->output.path));
     set_count(root, "width", width);
@@ -249,7 +345,13 @@ static void json_picture(json_t *root, const job *j) {
     text_format_float(j->stage.desc.min_weight, weight);
     json_object_set_new(root, "min_weight", json_real(strtod(weight, NULL)));
     set_count(root, "seed", j->stage.desc.seed);
-    if (j->stage.session->frame > 0) set_count(root, "frame", j->stage.session->frame);
+    uint32_t frame = j->stage.session->turn > 0 ? j->stage.session->turn : j->stage.session->frame;
+    if (frame > 0) set_count(root, "frame", frame);
+    if (j->stage.camera[0] != '\0')
+        json_object_set_new(root, "camera", report_text(j->stage.camera));
+    json_object_set_new(root, "exposure", json_real((double)exposure));
+    json_object_set_new(root, "tonemap", json_string(tonemap));
+    json_object_set_new(root, "white_balance", report_text(white));
     json_seconds(root, j);
     json_rays(root, &j->stats);
     set_count(root, "threads", snell_context_thread_count(j->stage.session->context));
@@ -289,79 +391,177 @@ static json_t *json_job(const job *j) {
     return root;
 }
 
-static int render_file(session *s, const render_values *values, const char *input, snell_film *film,
-                       json_t **result) {
-    job j = {.stage = {.options = s->options, .values = values, .session = s, .input = input},
-             .film = film};
-    progress_begin(session_label(input));
-    int code = run_job(&j);
-    if (j.rendered)
-        say_done(&j);
-    else if (signals_caught() != 0)
-        say_stopped(&j);
-    if (report_json()) *result = json_job(&j);
-    output_free(&j.output);
-    free(j.partial);
+/* ---- animations ---- */
+
+static void say_movie(const run *r, uint32_t wanted) {
+    const movie_progress *m = &r->done;
+    const char *name = output_is_standard(&m->output) ? "standard output" : m->output.path;
+    if (m->frames < wanted) {
+        report_note(m->partial != NULL || output_is_standard(&m->output)
+                        ? "stopped after %" PRIu32 " of %" PRIu32 " frames; they are in %s"
+                        : "stopped after %" PRIu32 " of %" PRIu32 " frames; nothing was written",
+                    m->frames, wanted, m->partial != NULL ? m->partial : name);
+        return;
+    }
+    report_note("%s  %" PRIu32 "x%" PRIu32 "  %" PRIu32 " frames, %.6g a second  %s  %" PRIu32
+                " sample%s  %.*f s",
+                name, m->width, m->height, m->frames, m->fps, integrator_name(m->integrator),
+                m->samples, m->samples == 1 ? "" : "s", m->seconds < 10 ? 2 : 1, m->seconds);
+}
+
+/* The whole file, or what is done of it in OUT.partial.EXT. */
+static int end_movie(run *r, uint32_t wanted) {
+    movie_progress *m = &r->done;
+    int code = EXIT_DONE;
+    if (r->movie == NULL) return EXIT_DONE; /* not even one frame */
+    bool partial = m->frames < wanted && !output_is_standard(&m->output);
+    char *path = partial ? output_partial_path(&m->output) : NULL;
+    if (partial && path == NULL) code = report_error(EXIT_MEMORY, NULL, "out of memory");
+    if (partial && code == EXIT_DONE) code = output_check_owner(&m->output, path);
+    if (code == EXIT_DONE && m->frames > 0) {
+        snell_status status = snell_movie_finish(r->movie, path);
+        if (status != SNELL_OK) code = report_status(status, m->output.path);
+        if (status == SNELL_OK && partial) {
+            m->partial = path;
+            path = NULL;
+        }
+    } else {
+        snell_movie_destroy(r->movie);
+    }
+    r->movie = NULL;
+    free(path);
+    say_movie(r, wanted);
     return code;
 }
 
 /* ---- the command ---- */
 
-static int render_all(session *s, const render_values *values) {
-    const string_list *files = &s->options->operands;
-    json_t *results = json_array(), *result = NULL;
-    snell_film *film = NULL;
-    size_t failed = 0;
-    snell_status status = snell_film_create(s->context, &film);
+/* Gives the number of cameras that --camera all has to visit. */
+static int render_picture(run *r, const char *input, bool whole, bool movie, uint32_t *cameras) {
+    job j = {.stage = {.options = r->options,
+                       .values = r->values,
+                       .session = r->session,
+                       .input = input},
+             .run = r,
+             .movie = movie,
+             .film = r->film};
+    if (r->pictures > 0) report_begin();
+    progress_part(r->pictures++, r->values->many_frames ? r->planned : 1);
+    progress_begin(session_label(input));
+    int code = run_job(&j, whole);
+    r->failed += code != EXIT_DONE;
+    r->done.seconds += progress_seconds();
+    if (j.rendered && !movie)
+        say_done(&j);
+    else if (!j.rendered && !movie && signals_caught() != 0)
+        say_stopped(&j);
+    if (report_json()) json_array_append_new(r->results, json_job(&j));
+    *cameras = j.stage.camera_count;
+    output_free(&j.output);
+    free(j.partial);
+    return code;
+}
+
+/* All frames of an input, seen by the session's camera. */
+static int render_frames(run *r, const char *input, bool whole, uint32_t *cameras) {
+    const render_values *v = r->values;
+    bool movie = output_is_movie(r->options, v->many_frames);
+    uint32_t frames = v->many_frames ? v->frame_last - v->frame_first + 1 : 1;
+    int code = EXIT_DONE;
+    for (uint32_t i = 0; i < frames && signals_caught() == 0; i++) {
+        if (v->frame_first > 0) stage_set_frame(r->session, v, v->frame_first + i);
+        code = render_picture(r, input, whole, movie, cameras);
+        if (movie && code != EXIT_DONE) break; /* a film with a hole in it helps nobody */
+    }
+    int ended = movie ? end_movie(r, frames) : EXIT_DONE;
+    r->failed += code == EXIT_DONE && ended != EXIT_DONE;
+    output_free(&r->done.output);
+    if (report_json() && r->done.partial != NULL)
+        json_object_set_new(json_array_get(r->results, json_array_size(r->results) - 1), "partial",
+                            report_text(r->done.partial));
+    free(r->done.partial);
+    r->done = (movie_progress){.frames = 0};
+    return code != EXIT_DONE ? code : ended;
+}
+
+static int render_cameras(run *r, const char *input, bool whole) {
+    uint32_t cameras = 1;
+    int code = EXIT_DONE;
+    r->session->camera = 0;
+    do {
+        code = render_frames(r, input, whole, &cameras);
+    } while (r->values->all_cameras && ++r->session->camera < cameras && signals_caught() == 0);
+    return code;
+}
+
+static void say_all(const run *r, const batch *b) {
+    bool files = r->pictures == b->options.operands.count;
+    if (r->failed > 0)
+        report_note("%zu of %zu %s failed", r->failed, r->pictures, files ? "files" : "pictures");
+    if (b->others > 0)
+        report_note("%zu other file%s in the folder%s left alone: no model%s", b->others,
+                    b->others == 1 ? "" : "s", b->folders == 1 ? "" : "s",
+                    b->others == 1 ? "" : "s");
+}
+
+static int emit(run *r, const batch *b, int code) {
+    if (!report_json() || json_array_size(r->results) == 0) return code;
+    json_t *root = json_incref(json_array_get(r->results, 0));
+    if (r->pictures > 1 || b->folders > 0) {
+        json_decref(root);
+        root = json_object();
+        json_object_set_new(root, "schema", json_integer(1));
+        set_count(root, "failed", r->failed);
+        if (b->folders > 0) set_count(root, "others", b->others);
+        json_object_set(root, "files", r->results);
+    }
+    return report_emit(root, code);
+}
+
+static int render_all(session *s, const render_values *values, const batch *b) {
+    run r = {.options = &b->options, .values = values, .session = s, .results = json_array()};
+    const string_list *files = &b->options.operands;
+    uint32_t frames = values->many_frames ? values->frame_last - values->frame_first + 1 : 1;
+    r.planned = files->count * frames;
+    snell_status status = snell_film_create(s->context, &r.film);
     int code = status == SNELL_OK ? EXIT_DONE : report_status(status, NULL);
-    size_t frames = values->many_frames ? values->frame_last - values->frame_first + 1 : 1;
-    size_t count = files->count * frames;
-    for (size_t i = 0; film != NULL && i < count && signals_caught() == 0; i++) {
-        if (i > 0) report_begin();
-        if (values->frame_first > 0) s->frame = values->frame_first + (uint32_t)(i % frames);
-        progress_part(i, values->many_frames ? count : 1);
-        code = render_file(s, values, files->items[i / frames], film, &result);
-        failed += code != EXIT_DONE;
-        if (result != NULL) json_array_append_new(results, result);
-        result = NULL;
+    for (size_t i = 0; r.film != NULL && i < files->count && signals_caught() == 0; i++)
+        code = render_cameras(&r, files->items[i], b->whole[i]);
+    if (r.film != NULL && r.pictures > 1) {
+        code = r.failed > 0 ? EXIT_SOME_FAILED : EXIT_DONE;
+        say_all(&r, b);
     }
-    if (film != NULL && count > 1) {
-        code = failed > 0 ? EXIT_SOME_FAILED : EXIT_DONE;
-        if (failed > 0)
-            report_note("%zu of %zu %s failed", failed, count, frames > 1 ? "pictures" : "files");
-    }
-    snell_film_destroy(film);
-    if (report_json() && json_array_size(results) > 0) {
-        json_t *root = json_incref(json_array_get(results, 0));
-        if (count > 1) {
-            json_decref(root);
-            root = json_object();
-            json_object_set_new(root, "schema", json_integer(1));
-            json_object_set_new(root, "failed", json_integer((json_int_t)failed));
-            json_object_set(root, "files", results);
-        }
-        code = report_emit(root, code);
-    }
-    json_decref(results);
+    snell_film_destroy(r.film);
+    code = emit(&r, b, code);
+    json_decref(r.results);
+    return code;
+}
+
+static int render_batch(const batch *b) {
+    const options *o = &b->options;
+    render_values values;
+    int code = values_read(o, &values);
+    if (code == EXIT_DONE) code = output_check_all(o, &values, b->whole);
+    if (code != EXIT_DONE) return code;
+    signals_setup();
+    progress_setup(o->value[OPT_PROGRESS]);
+    session s;
+    code = session_open(&s, o);
+    if (code == EXIT_DONE) code = render_all(&s, &values, b);
+    session_close(&s);
     return code;
 }
 
 int render_command(const options *o) {
-    render_values values;
     const char *aov = o->value[OPT_AOV];
     if (aov != NULL && strcmp(aov, "list") == 0) return help_aovs();
     if (o->operands.count == 0) {
         return report_usage("such as: snell render duck.glb; 'snell example' prints scenes",
                             "render needs a FILE");
     }
-    int code = values_read(o, &values);
-    if (code == EXIT_DONE) code = output_check_all(o);
-    if (code != EXIT_DONE) return code;
-    signals_setup();
-    progress_setup(o->value[OPT_PROGRESS]);
-    session s;
-    code = session_open(&s, o);
-    if (code == EXIT_DONE) code = render_all(&s, &values);
-    session_close(&s);
+    batch b;
+    int code = batch_open(o, &b);
+    if (code == EXIT_DONE) code = render_batch(&b);
+    batch_free(&b);
     return code;
 }

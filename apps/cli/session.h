@@ -11,6 +11,8 @@ typedef struct session {
     snell_context *context;
     uint64_t memory_max; /* 0: not limited */
     uint32_t frame;      /* of an animation; 0: its first */
+    uint32_t turn;       /* the same of --turntable; 0: there is none */
+    uint32_t camera;     /* with --camera all: which, from 0 */
     char *spool_folder;  /* where standard input was written; "" when it was not */
     char *spool_file;
 } session;

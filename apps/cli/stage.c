@@ -99,6 +99,13 @@ static int apply_settings(stage *s) {
 
 /* ---- the camera ---- */
 
+/* How far a turntable's frame is turned, in radians. */
+static double turned(const stage *s) {
+    const double whole = 6.283185307179586;
+    uint32_t count = s->values->turntable, frame = s->session->turn;
+    return count > 0 && frame > 0 ? whole * (frame - 1) / count : 0;
+}
+
 static int no_camera(const stage *s, uint32_t count, const char *wanted) {
     const char *names[64];
     size_t used = 0;
@@ -115,10 +122,26 @@ static int no_camera(const stage *s, uint32_t count, const char *wanted) {
     return report_usage(hint, "--camera: %s has no camera '%s'", session_label(s->input), wanted);
 }
 
+/* The index-th camera, and what it is called: its number where it has no name of its own. */
+static int take_camera(stage *s, uint32_t index) {
+    snell_object_info other, info;
+    int code = stage_status(s, snell_scene_get_camera(s->scene, index, &info, &s->desc.camera));
+    if (code != EXIT_DONE) return code;
+    snprintf(s->camera, sizeof s->camera, "%s", info.name);
+    bool own = s->camera[0] != '\0';
+    for (uint32_t i = 0; i < index && own; i++)
+        own = snell_scene_get_camera(s->scene, i, &other, NULL) != SNELL_OK ||
+              strcmp(other.name, s->camera) != 0;
+    if (!own) snprintf(s->camera, sizeof s->camera, "%" PRIu32, index + 1);
+    return EXIT_DONE;
+}
+
 static int choose_camera(stage *s, uint32_t count) {
     const char *wanted = s->options->value[OPT_CAMERA];
     uint64_t number = 0;
-    if (wanted == NULL) return EXIT_DONE;
+    s->camera_count = count;
+    if (s->values->all_cameras && count > 0) return take_camera(s, s->session->camera);
+    if (wanted == NULL || s->values->all_cameras) return EXIT_DONE;
     for (uint32_t i = 0; i < count; i++) {
         snell_object_info info;
         snell_camera_id id;
@@ -134,11 +157,19 @@ static int choose_camera(stage *s, uint32_t count) {
         s, snell_scene_get_camera(s->scene, (uint32_t)(number - 1), &info, &s->desc.camera));
 }
 
+/* From where everything is framed, azimuth and elevation. */
+static void stage_direction(const stage *s, float at[2]) {
+    const float *from = s->values->has_view ? s->values->view : default_view;
+    at[0] = (float)((double)from[0] + turned(s));
+    at[1] = from[1];
+}
+
 /* Frames everything, for --view and for files without a camera; where there are only planes, a
  * box around the origin. */
 static int frame_all(stage *s) {
     const render_values *v = s->values;
-    const float *at = v->has_view ? v->view : default_view;
+    float at[2];
+    stage_direction(s, at);
     snell_bounds bounds;
     int code = stage_status(s, snell_scene_bounds(s->scene, &bounds));
     if (code != EXIT_DONE) return code;
@@ -148,6 +179,18 @@ static int frame_all(stage *s) {
     return stage_status(s, snell_view_frame(&s->view, &bounds, at[0], at[1], aspect));
 }
 
+/* The file's own camera, around the middle of what there is. */
+static int turn_view(stage *s) {
+    snell_bounds bounds;
+    int code = stage_status(s, snell_scene_bounds(s->scene, &bounds));
+    if (code != EXIT_DONE) return code;
+    snell_vec3 center = {0, 0, 0};
+    if (bounds.min.x <= bounds.max.x)
+        center = (snell_vec3){(bounds.min.x + bounds.max.x) / 2, (bounds.min.y + bounds.max.y) / 2,
+                              (bounds.min.z + bounds.max.z) / 2};
+    return stage_status(s, snell_view_turn(&s->view, center, (float)turned(s)));
+}
+
 /* A file without a camera gets one, so that the studio lights for it; a file's own gives way to
  * --view by value, and --fov changes no more than its angle. */
 static int choose_view(stage *s, bool own_camera) {
@@ -155,9 +198,10 @@ static int choose_view(stage *s, bool own_camera) {
     int code = EXIT_DONE;
     if (v->has_view || !own_camera) {
         code = frame_all(s);
-    } else if (v->fov > 0) {
+    } else if (v->fov > 0 || v->turntable > 0) {
         code = stage_status(s, snell_scene_get_view(s->scene, s->desc.camera, &s->view));
-        s->view.fov = v->fov;
+        if (v->fov > 0) s->view.fov = v->fov;
+        if (code == EXIT_DONE && v->turntable > 0) code = turn_view(s);
     } else {
         return EXIT_DONE;
     }
@@ -216,13 +260,15 @@ static int commit(stage *s) {
 
 /* The ground comes after the framing: it is larger than what stands on it. The background comes
  * after the studio, which takes one for a sign that the scene is lit. */
-static int dress(stage *s) {
+static int dress(stage *s, bool own_camera) {
     const render_values *v = s->values;
     snell_instance_id id;
     int code = EXIT_DONE;
     if (!v->light_none) {
-        const float *from = v->has_view ? v->view : NULL;
-        code = stage_status(s, snell_scene_add_studio(s->scene, from, &s->studio));
+        float from[2]; /* it turns with whom it lights for */
+        stage_direction(s, from);
+        bool given = v->has_view || (v->turntable > 0 && !own_camera);
+        code = stage_status(s, snell_scene_add_studio(s->scene, given ? from : NULL, &s->studio));
     }
     if (code == EXIT_DONE && v->has_background) {
         code = stage_status(s, snell_scene_set_background(s->scene, v->background, 1));
@@ -244,7 +290,7 @@ int stage_prepare(stage *s) {
     if (code == EXIT_DONE) code = apply_settings(s);
     if (code == EXIT_DONE) code = choose_camera(s, stats.camera_count);
     if (code == EXIT_DONE) code = choose_view(s, own_camera);
-    if (code == EXIT_DONE) code = dress(s);
+    if (code == EXIT_DONE) code = dress(s, own_camera);
     if (code == EXIT_DONE) code = commit(s);
     if (code == EXIT_DONE) {
         warn_of_darkness(s, &stats);
@@ -254,10 +300,19 @@ int stage_prepare(stage *s) {
     return code == EXIT_DONE ? report_strict() : code;
 }
 
+void stage_set_frame(session *of, const render_values *values, uint32_t frame) {
+    bool turns = values->turntable > 0;
+    of->frame = turns ? 0 : frame;
+    of->turn = turns ? frame : 0;
+}
+
 snell_image_desc stage_image(const stage *s) {
     snell_image_desc image = SNELL_INIT(image_desc);
     image.tonemap = s->options->value[OPT_TONEMAP];
     image.exposure = s->values->exposure;
     image.exposure_set = s->values->has_exposure;
+    if (s->values->has_white_balance) image.white_balance = s->values->white_balance;
+    image.bits = s->values->bits;
+    image.quality = s->values->quality;
     return image;
 }

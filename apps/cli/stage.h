@@ -20,10 +20,14 @@ typedef struct stage {
     snell_view view;
     const char *studio; /* what it added */
     char added[96];
+    uint32_t camera_count; /* of the file */
+    char camera[128];      /* its name, with --camera all */
 } stage;
 
 /* Dresses and commits s->scene, and fills s->desc. Exit code. */
 int stage_prepare(stage *s);
+/* Chooses a frame: of the scene's own time, or of --turntable; 0: none. */
+void stage_set_frame(session *of, const render_values *values, uint32_t frame);
 /* What the command line wants done to the picture. */
 snell_image_desc stage_image(const stage *s);
 /* The exit code of a call about the input, its error reported; a signal counts as one. */

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "output.h"
 #include "report.h"
 #include "text.h"
 #include "values.h"
@@ -48,12 +49,15 @@ static void append_settings(json_t *list, const options *o, const snell_render_d
     text_format_float(exposure, text);
     append(list, "exposure", o->value[OPT_EXPOSURE] != NULL ? o->value[OPT_EXPOSURE] : text);
     append(list, "tonemap", o->value[OPT_TONEMAP] != NULL ? o->value[OPT_TONEMAP] : tonemap);
+    const char *white = o->value[OPT_WHITE_BALANCE];
+    if (white == NULL) white = snell_film_white_balance(film);
+    if (*white != '\0') append(list, "white-balance", white);
 }
 
 static bool is_setting(option_id id) {
     return id == OPT_INTEGRATOR || id == OPT_SIZE || id == OPT_SAMPLES || id == OPT_NOISE ||
            id == OPT_MAX_DEPTH || id == OPT_MIN_WEIGHT || id == OPT_SEED || id == OPT_FRAME ||
-           id == OPT_EXPOSURE || id == OPT_TONEMAP;
+           id == OPT_EXPOSURE || id == OPT_TONEMAP || id == OPT_WHITE_BALANCE;
 }
 
 /* ---- what a noise reached ---- */
@@ -139,40 +143,62 @@ static json_t *noise_of(const snell_render_desc *desc, const snell_film *film) {
     return noise;
 }
 
-char *tag_make(const options *o, const char *file, uint64_t hash, const snell_render_desc *desc,
-               const snell_film *film, uint32_t frame, bool partial) {
+static json_t *begin_tag(const stage *s, const snell_render_desc *desc, const snell_film *film,
+                         uint32_t frame) {
+    const options *o = s->options;
     json_t *tag = json_object(), *list = json_array();
     char digits[32];
-    snprintf(digits, sizeof digits, "%016" PRIx64, hash);
+    snprintf(digits, sizeof digits, "%016" PRIx64, s->hash);
     append_settings(list, o, desc, film, frame);
+    if (s->camera[0] != '\0') append(list, "camera", s->camera);
     for (size_t i = 0; i < option_table_count; i++) {
         const option_info *info = &option_table[i];
         if ((info->flags & OPTION_PICTURE) == 0 || (info->flags & OPTION_HIDDEN) != 0) continue;
         const string_list *values = info->id == OPT_SET ? &o->set : &o->allow;
         if ((info->flags & OPTION_REPEATS) != 0) {
             for (size_t k = 0; k < values->count; k++) append(list, info->name, values->items[k]);
+        } else if (info->id == OPT_CAMERA && s->values->all_cameras) {
+            continue;
         } else if (!is_setting(info->id) && o->value[info->id] != NULL) {
             append(list, info->name, o->value[info->id]);
         }
     }
     json_object_set_new(tag, "snell", json_string(snell_version()));
-    json_object_set_new(tag, "file", report_text(file));
+    json_object_set_new(tag, "file", report_text(s->input));
     json_object_set_new(tag, "scene", json_string(digits));
     json_object_set_new(tag, "options", list);
-    if (desc->noise > 0) json_object_set_new(tag, "noise", noise_of(desc, film));
-    if (partial) json_object_set_new(tag, "partial", json_true());
+    return tag;
+}
+
+static char *end_tag(json_t *tag) {
     char *text = json_dumps(tag, JSON_COMPACT | JSON_REAL_PRECISION(6));
     json_decref(tag);
     return text;
 }
 
+char *tag_make(const stage *s, const snell_film *film, bool partial) {
+    const snell_render_desc *desc = &s->desc;
+    json_t *tag =
+        begin_tag(s, desc, film, s->session->turn > 0 ? s->session->turn : s->session->frame);
+    if (desc->noise > 0) json_object_set_new(tag, "noise", noise_of(desc, film));
+    if (partial) json_object_set_new(tag, "partial", json_true());
+    return end_tag(tag);
+}
+
+char *tag_make_movie(const stage *s, const snell_render_desc *asked, const snell_film *film,
+                     double fps) {
+    const char *frames = s->options->value[OPT_FRAMES];
+    uint32_t one = s->options->value[OPT_FRAME] != NULL ? s->values->frame_first : 0;
+    json_t *tag = begin_tag(s, asked, film, one), *movie = json_object();
+    if (frames != NULL) json_object_set_new(movie, "frames", report_text(frames));
+    json_object_set_new(movie, "fps", json_real(fps));
+    json_object_set_new(tag, "animation", movie);
+    return end_tag(tag);
+}
+
 bool tag_is_picture(const char *path) {
-    static const char *const endings[] = {".png", ".exr", ".pfm", ".ppm"};
-    size_t length = strlen(path);
-    for (size_t i = 0; i < sizeof endings / sizeof endings[0]; i++) {
-        if (length > 4 && strcasecmp(path + length - 4, endings[i]) == 0) return true;
-    }
-    return false;
+    snell_picture_format_info format;
+    return output_find_format(output_extension(path), &format) && (format.tag || format.picture);
 }
 
 /* A picture may come from anywhere: only options that decide pictures are handed on, so that the
@@ -215,6 +241,18 @@ const char *tag_option(const json_t *tag, const char *name) {
     return NULL;
 }
 
+bool tag_has_frames(const json_t *tag) {
+    bool chosen = json_object_get(json_object_get(tag, "animation"), "frames") != NULL;
+    return chosen || (tag_option(tag, "turntable") != NULL && tag_option(tag, "frame") == NULL);
+}
+
+uint32_t tag_first_frame(const json_t *tag) {
+    const json_t *movie = json_object_get(tag, "animation");
+    const char *frames = json_string_value(json_object_get(movie, "frames"));
+    if (frames == NULL || tag_option(tag, "turntable") != NULL) return 0;
+    return (uint32_t)strtoul(frames, NULL, 10);
+}
+
 static void replace(json_t *list, const char *name, const char *value) {
     for (size_t i = json_array_size(list); i > 0; i--) {
         if (value_in(json_array_get(list, i - 1), name) != NULL) json_array_remove(list, i - 1);
@@ -223,8 +261,8 @@ static void replace(json_t *list, const char *name, const char *value) {
 }
 
 char *tag_convert(const char *text, const options *o, bool linear) {
-    static const option_id ids[] = {OPT_LAYER, OPT_EXPOSURE, OPT_TONEMAP};
-    static const char *const names[] = {"layer", "exposure", "tonemap"};
+    static const option_id ids[] = {OPT_LAYER, OPT_EXPOSURE, OPT_TONEMAP, OPT_WHITE_BALANCE};
+    static const char *const names[] = {"layer", "exposure", "tonemap", "white-balance"};
     json_t *tag = tag_read(text);
     if (tag == NULL) return strdup(text);
     json_t *list = json_object_get(tag, "options");

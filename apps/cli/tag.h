@@ -7,12 +7,19 @@
 #include <jansson.h>
 #include <snell/snell.h>
 
-#include "options.h"
+#include "stage.h"
 
 /* The caller frees it; NULL on lack of memory. film: what was rendered, for the look that its scene asks
- * for and what a noise reached; frame 0: none was asked for. */
-char *tag_make(const options *o, const char *file, uint64_t hash, const snell_render_desc *desc,
-               const snell_film *film, uint32_t frame, bool partial);
+ * for and what a noise reached. */
+char *tag_make(const stage *s, const snell_film *film, bool partial);
+/* The same of an animation: "animation": {"frames": "A..B" where they were chosen, "fps"}. asked: what every
+ * frame is made with; film: the first. */
+char *tag_make_movie(const stage *s, const snell_render_desc *asked, const snell_film *film,
+                     double fps);
+/* Whether a tag that was read is of several frames, so that one has to be chosen. */
+bool tag_has_frames(const json_t *tag);
+/* Of an animation of chosen frames the first; 0: it is none. */
+uint32_t tag_first_frame(const json_t *tag);
 /* NULL when the tag is not of this form, or an option in it is not render's. */
 json_t *tag_read(const char *tag);
 /* How many samples a pixel of the picture has that desc makes, where it has a noise; 0: not told. */

@@ -329,8 +329,14 @@ static const char tonemaps_text[] =
     "  reinhard  Reinhard 2002: c / (1 + c), on the luminance\n"
     "  neutral   Khronos PBR Neutral: colours up to 0.8 stay as they are, highlights\n"
     "            roll off; the default for models\n"
+    "  aces      ACES 1.0 as Hill fits it: film-like, contrasty; 18 % grey gets darker\n"
+    "            (10.6 %), so --exposure 0.7 or so helps\n"
+    "  agx       AgX, base look: soft contrast; what is very bright turns white instead\n"
+    "            of staying a pure colour\n"
     "\n"
-    "--exposure comes before, in stops. EXR and PFM are never tone-mapped.";
+    "Before it come --white-balance, then --exposure, in stops. A white balance is the\n"
+    "light that is to look white: its temperature (candle 1850, lamp 2850, sun 5500,\n"
+    "D65 6504, shade 8000 kelvin) or its colour. EXR and PFM have none of the three.";
 
 static const char exit_text[] =
     "  0   done\n"
@@ -492,6 +498,8 @@ static const struct {
     {{"aovs"}, "aov|layer|layers|depth|normals|albedo|cryptomatte|passes|pass|motion_vectors"},
     {{"tonemaps"}, "tonemap|clip|reinhard|neutral"},
     {{"formats"}, "gltf|glb|obj|ply|stl|nff|pbrt|lua|png|exr|pfm|ppm|file|files"},
+    {{"tonemaps"}, "tonemap|clip|reinhard|neutral|aces|agx|white_balance"},
+    {{"formats"}, "gltf|glb|obj|ply|stl|nff|lua|png|exr|pfm|ppm|file|files"},
 };
 
 const char *help_find_synonym(const char *word, size_t at) {

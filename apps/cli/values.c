@@ -1,5 +1,6 @@
 #include "values.h"
 
+#include <inttypes.h>
 #include <string.h>
 
 #include "report.h"
@@ -152,6 +153,44 @@ int values_read_decimal(const options *o, option_id id, const char *name, double
     return EXIT_DONE;
 }
 
+bool values_white(const char *text, char out[WHITE_TEXT_MAX]) {
+    double kelvin;
+    snell_vec3 c;
+    bool number = text_number(text, &kelvin);
+    if (number && !(kelvin >= 1000 && kelvin <= 25000)) return false;
+    if (!number && !text_color(text, &c)) return false;
+    if (number) {
+        snprintf(out, WHITE_TEXT_MAX, "%.6f", kelvin);
+        return true;
+    }
+    float most = c.x > c.y ? c.x : c.y;
+    if (c.z > most) most = c.z;
+    if (!(most > 0)) return false;
+    /* How bright it is does not matter; digits do. */
+    snprintf(out, WHITE_TEXT_MAX, "%.9f,%.9f,%.9f", (double)(c.x / most), (double)(c.y / most),
+             (double)(c.z / most));
+    return true;
+}
+
+int values_read_white(const options *o, char out[WHITE_TEXT_MAX], bool *given) {
+    const char *text = o->value[OPT_WHITE_BALANCE];
+    *given = text != NULL;
+    if (text == NULL || values_white(text, out)) return EXIT_DONE;
+    return report_usage(
+        "kelvin from 1000 to 25000, such as 3200, or a colour as of --background; 6504 "
+        "changes nothing",
+        "--white-balance: '%s' is no light", text);
+}
+
+int values_read_encoding(const options *o, uint32_t *bits, uint32_t *quality) {
+    const char *text = o->value[OPT_BITS];
+    uint64_t whole = 0;
+    *bits = text == NULL ? 0 : text[0] == '8' ? 8 : text[0] == '1' ? 16 : 32;
+    int code = values_read_whole(o, OPT_QUALITY, "quality", 1, 100, &whole);
+    *quality = (uint32_t)whole;
+    return code;
+}
+
 static int read_picture(const options *o, render_values *v) {
     int code = EXIT_DONE;
     double number = 0;
@@ -162,6 +201,8 @@ static int read_picture(const options *o, render_values *v) {
         v->exposure = (float)number;
         v->has_exposure = true;
     }
+    if (code == EXIT_DONE) code = values_read_white(o, v->white_balance, &v->has_white_balance);
+    if (code == EXIT_DONE) code = values_read_encoding(o, &v->bits, &v->quality);
     if (code == EXIT_DONE && o->value[OPT_BACKGROUND] != NULL) {
         code = read_background(o->value[OPT_BACKGROUND], v);
     }
@@ -275,6 +316,26 @@ int values_read_frames(const options *o, uint32_t *first, uint32_t *last) {
     return EXIT_DONE;
 }
 
+/* Frames of a turntable are those of its turn. */
+static int read_animation(const options *o, render_values *v) {
+    uint64_t turn = 0;
+    int code = values_read_frames(o, &v->frame_first, &v->frame_last);
+    if (code == EXIT_DONE)
+        code = values_read_whole(o, OPT_TURNTABLE, "turntable", 1, TURNTABLE_MAX, &turn);
+    if (code == EXIT_DONE) code = values_read_decimal(o, OPT_FPS, "fps", 0.001, 100000, &v->fps);
+    v->turntable = (uint32_t)turn;
+    v->many_frames = o->value[OPT_FRAMES] != NULL;
+    if (code != EXIT_DONE || turn == 0) return code;
+    if (v->frame_first == 0) {
+        v->frame_first = 1;
+        v->frame_last = v->turntable;
+        v->many_frames = true;
+    }
+    if (v->frame_last <= turn) return EXIT_DONE;
+    return report_usage(NULL, "--turntable: its frames are 1 to %" PRIu32 ", %" PRIu32 " is none",
+                        v->turntable, v->frame_last);
+}
+
 static int read_filter(const options *o, render_values *v) {
     static const char *const names[] = {"box", "tent", "gaussian", "blackman-harris"};
     const char *name = o->value[OPT_FILTER];
@@ -321,8 +382,8 @@ int values_read(const options *o, render_values *v) {
     if (code == EXIT_DONE) code = read_stopping(o, v);
     if (code == EXIT_DONE) code = read_filter(o, v);
     if (code == EXIT_DONE) code = read_aov(o, v);
-    if (code == EXIT_DONE) code = values_read_frames(o, &v->frame_first, &v->frame_last);
-    v->many_frames = o->value[OPT_FRAMES] != NULL;
+    if (code == EXIT_DONE) code = read_animation(o, v);
+    v->all_cameras = o->value[OPT_CAMERA] != NULL && strcmp(o->value[OPT_CAMERA], "all") == 0;
     if (code == EXIT_DONE && o->value[OPT_CAMERA] != NULL && v->has_view) {
         code = report_usage("--view frames the model by itself", "--camera and --view exclude each "
                                                                  "other");

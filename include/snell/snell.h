@@ -533,6 +533,9 @@ static inline snell_view snell_view_init(size_t struct_size) {
  * Keeps fov and up. */
 SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
                                         float elevation, float aspect);
+/* Turns the camera around the vertical axis through `center` by an angle in radians, the way azimuth
+ * grows. */
+SNELL_API snell_status snell_view_turn(snell_view *view, snell_vec3 center, float angle);
 /* The view of a perspective camera of the scene ({0}: the first), to start from. */
 SNELL_API snell_status snell_scene_get_view(const snell_scene *scene, snell_camera_id camera,
                                             snell_view *out);
@@ -642,7 +645,13 @@ typedef struct snell_image_desc {
     const char *tonemap; /* "clip", "neutral", ...; NULL: the film's default from its scene */
     float exposure;      /* stops, -50 to 50 */
     bool exposure_set;   /* false: the film's default from its scene */
-    const char *tag; /* text stored in the file (PNG "snell" chunk, EXR attribute); NULL: none */
+    /* The light that is to look white, before exposure and tone map: kelvin from 1000 to 25000, such
+     * as "3200", or a colour, "#rrggbb" or linear "r,g,b". "6504", which is D65, and "" change nothing;
+     * NULL: the film's default from its scene. */
+    const char *white_balance;
+    uint32_t bits;    /* of a channel: PNG 8 or 16, OpenEXR 32 or 16 (colours only); 0: the first */
+    uint32_t quality; /* of JPEG and WebP: 1 to 100, which in WebP loses nothing; 0: 90 */
+    const char *tag;  /* text stored in the file (PNG "snell" chunk, EXR attribute); NULL: none */
     /* The AOV of this name instead of the picture: for a screen as it is best seen (light as the
      * picture is, depth from near to far, normals as colours), in linear files its numbers, of up to
      * three channels. NULL: the picture; then .exr has all AOVs too, each a part of its own. */
@@ -670,6 +679,8 @@ SNELL_API const float *snell_film_pixels(const snell_film *film, uint32_t *width
 /* The tone map, and into *exposure (may be NULL) the exposure in stops, that a film is written with
  * when nobody says otherwise: what its scene asks for. A static string. */
 SNELL_API const char *snell_film_look(const snell_film *film, float *exposure);
+/* The same of snell_image_desc.white_balance; "" for none. Lives as long as the film. */
+SNELL_API const char *snell_film_white_balance(const snell_film *film);
 /* Of a film that was rendered with a noise, else NULL, in the pixels' order: the variance of each mean of
  * red, green and blue (3 floats for each pixel; estimated from 4 values), and the number of samples. */
 SNELL_API const float *snell_film_variance(const snell_film *film);
@@ -699,14 +710,64 @@ SNELL_API bool snell_film_aov(const snell_film *film, uint32_t index, snell_aov 
 SNELL_API snell_status snell_film_aov_channel(const snell_film *film, uint32_t index,
                                               uint32_t channel, char *out, size_t size);
 
-/* By extension: .png (8 bit sRGB) .exr (32-bit linear) .pfm (linear) .ppm (8 bit sRGB). The file is
- * the old one or the complete new one, never half written. */
+/* By extension, as snell_picture_format lists them. The file is the old one or the complete new one,
+ * never half written. SNELL_ERR_UNSUPPORTED: an unknown format, one that is not built in, or too many
+ * pixels for it. */
 SNELL_API snell_status snell_film_write(const snell_film *film, const char *path,
                                         const snell_image_desc *desc); /* desc may be NULL */
 /* The same encoding in memory, format "png", ...; *data is freed with snell_free. */
 SNELL_API snell_status snell_film_encode(const snell_film *film, const char *format,
                                          const snell_image_desc *desc, void **data, size_t *size);
 SNELL_API void snell_free(void *data);
+
+/* The formats that pictures and animations are written in, by index; false: there are no more. */
+typedef struct snell_picture_format_info {
+    size_t struct_size;                           /* set by the caller */
+    const char *name, *extension, *extension_too; /* "jpg", ".jpg", ".jpeg" or "" */
+    const char *help;
+    bool picture;     /* of one picture */
+    bool animation;   /* of several, for snell_movie_create */
+    bool stream;      /* the animation's bytes come in order, as for a pipe */
+    bool built;       /* this library writes it */
+    bool linear;      /* floats: neither white balance, exposure nor tone map */
+    bool layers;      /* AOVs go into the same file */
+    bool tag;         /* has a place for the tag */
+    bool quality;     /* has a quality */
+    uint32_t bits[2]; /* of a channel: usually, and by choice, else 0 */
+} snell_picture_format_info;
+SNELL_API bool snell_picture_format(uint32_t index, snell_picture_format_info *out);
+
+/* An animation in one file, which grows with each frame and is not seen until it is finished. It
+ * belongs to one thread at a time. */
+typedef struct snell_movie snell_movie;
+typedef struct snell_movie_desc {
+    size_t struct_size;
+    const char *format; /* "apng", "webp", "y4m"; NULL: by the path's extension */
+    double fps;         /* frames in a second, 0.001 to 100000; default 24 */
+    const snell_image_desc
+        *image; /* its tag, bits and quality are the file's; NULL: the defaults */
+    /* Takes the bytes in order where no path is given (formats that are a stream); false: it failed. */
+    bool (*write)(void *user, const void *data, size_t size);
+    void *user;
+} snell_movie_desc;
+static inline snell_movie_desc snell_movie_desc_init(size_t struct_size) {
+    snell_movie_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.struct_size = struct_size;
+    desc.fps = 24;
+    return desc;
+}
+SNELL_API snell_status snell_movie_create(const char *path, const snell_movie_desc *desc,
+                                          snell_movie **out);
+/* One more frame, of the first one's size and channels. image: its white balance, exposure and tone
+ * map are the frame's, NULL: the film's. The film is borrowed for the call. After an error the movie
+ * holds the frames before. */
+SNELL_API snell_status snell_movie_add(snell_movie *movie, const snell_film *film,
+                                       const snell_image_desc *image);
+/* The file is there, complete: at `path`, which is in the folder of the one it was created with, or
+ * where that says (NULL). Frees the movie, also on failure, when no file is there. */
+SNELL_API snell_status snell_movie_finish(snell_movie *movie, const char *path);
+SNELL_API void snell_movie_destroy(snell_movie *movie); /* without a file; NULL is fine */
 
 /* ---- explain: the rays behind one pixel -------------------------------------------------------- */
 
@@ -836,9 +897,10 @@ snell_explanation_lights(const snell_explanation *explanation,
 
 typedef struct snell_picture_info {
     size_t struct_size;
-    char format[8]; /* "png", "exr", "pfm", "ppm" */
+    char format[8]; /* "png", "exr", ...: snell_picture_format */
     uint32_t width, height, channels, bits;
-    char *tag; /* how snell made it; "" when snell did not; freed with snell_free */
+    uint32_t frames; /* of an animation; 0: it is one picture */
+    char *tag;       /* how snell made it; "" when snell did not; freed with snell_free */
     /* What an OpenEXR file has beside its colours: a line each, "depth: Z", the part's name and its
      * channels, or the channels alone; "" when nothing; freed with snell_free. */
     char *layers;
@@ -894,8 +956,9 @@ typedef struct snell_compare_desc {
      * black. A linear one goes there by exposure and tone map, and to 8 bits where the other has 8.
      */
     bool as_shown;
-    const char *tonemap; /* of linear pictures as shown; NULL: "clip" */
-    float exposure;      /* the same; stops, -50 to 50 */
+    const char *tonemap;       /* of linear pictures as shown; NULL: "clip" */
+    float exposure;            /* the same; stops, -50 to 50 */
+    const char *white_balance; /* the same, as snell_image_desc's; NULL: none */
     /* FLIP's viewer, 1 to 1000; default 67.02: 3840 pixels in 0.7 m, seen from 0.7 m. */
     float pixels_per_degree;
     /* The variance of each value of the reference and of the picture, that is of a pixel's mean;

@@ -5,6 +5,7 @@
 #include <pthread.h>
 
 #include "image/film.h"
+#include "image/white_balance.h"
 #include "render/render.h"
 #include "scene/scene.h"
 
@@ -36,8 +37,9 @@ struct snell_film {
     /* Of the file it was read from: names, each with its 0, an empty one last; or NULL. */
     char *layers;
     snell_render_stats stats;
-    float exposure; /* what the scene asks for */
-    int tonemap;    /* choice of render_desc.tonemap, never "default" */
+    float exposure;                             /* what the scene asks for */
+    int tonemap;                                /* choice of render_desc.tonemap, never "default" */
+    char white_balance[WHITE_BALANCE_TEXT_MAX]; /* checked; "": none */
 };
 
 /* An edit computes too (it normalises directions), so the caller's rounding is set aside for it. */

@@ -75,6 +75,9 @@ const char *snell_features(const char **missing) {
 #if !SNELL_HAS_JPEG
                                   " jpeg"
 #endif
+#if !SNELL_HAS_WEBP
+                                  " webp"
+#endif
 #if !SNELL_HAS_SIMD
                                   " avx2 avx512"
 #endif
@@ -89,6 +92,9 @@ const char *snell_features(const char **missing) {
 #endif
 #if SNELL_HAS_JPEG
            " jpeg"
+#endif
+#if SNELL_HAS_WEBP
+           " webp"
 #endif
 #if SNELL_HAS_SIMD
            " avx2 avx512"

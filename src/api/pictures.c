@@ -148,6 +148,7 @@ snell_status snell_film_compare(const snell_film *reference, const snell_film *p
                                .user = &compare};
     for (int i = 0; i < 2; i++) options.variances[i] = variances[i] ? &variances[i]->film : NULL;
     status = tonemap_find(desc->tonemap, &options.map);
+    if (!status) status = white_balance_parse(desc->white_balance, &options.white);
     if (status) return status;
     snell_comparison found;
     unsigned saved = floatenv_enter();

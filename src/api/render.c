@@ -1,16 +1,16 @@
 /* Settings, rendering and films. */
 #include "render/render.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "api/api.h"
 
-#include <stdio.h>
+#include "base/thread.h"
 #include "base/memory.h"
 #include "image/aov.h"
-#include "image/codec.h"
-#include "base/file.h"
+#include "image/tonemap.h"
 #include "integrators/aov.h"
 #include "render/adaptive.h"
 #include "render/notes.h"
@@ -194,6 +194,7 @@ static void keep_look(const snell_scene *s, snell_film *f) {
     free(f->layers);
     f->layers = NULL;
     const render_desc *r = render_settings(s);
+    snprintf(f->white_balance, sizeof f->white_balance, "%s", r ? r->white_balance : "");
     f->exposure = r ? r->exposure : 0;
     f->tonemap = r ? r->tonemap : 0;
     if (f->tonemap == 0)
@@ -417,6 +418,8 @@ const char *snell_film_look(const snell_film *f, float *exposure) {
     return tonemap_find(word, &map) ? tonemaps[0]->name : map->name;
 }
 
+const char *snell_film_white_balance(const snell_film *f) { return f ? f->white_balance : ""; }
+
 /* ---- AOVs ---- */
 
 const char *snell_aov_name(uint32_t index, const char **channels, const char **help) {
@@ -458,118 +461,3 @@ uint64_t snell_film_hash(const snell_film *f) { return f ? film_hash(&f->film) :
 const float *snell_film_variance(const snell_film *f) { return f ? f->film.variance : NULL; }
 
 const uint32_t *snell_film_samples(const snell_film *f) { return f ? f->film.samples : NULL; }
-
-/* ---- pictures ---- */
-
-/* The codec's options from what the caller says, else what the film's scene asks for. */
-static snell_status image_settings(const snell_film *f, const snell_image_desc *desc,
-                                   image_options *out) {
-    if (f->film.pixels == NULL)
-        return error_set(SNELL_ERR_STATE, "render first", "the film is empty");
-    if (desc && desc->struct_size != sizeof *desc)
-        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
-    if (desc && desc->exposure_set && !(desc->exposure >= -50 && desc->exposure <= 50))
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "the exposure is not a number from -50 to 50");
-    bool named = desc && desc->tonemap;
-    *out = (image_options){.exposure =
-                               (double)(desc && desc->exposure_set ? desc->exposure : f->exposure),
-                           .tag = desc ? desc->tag : NULL};
-    return tonemap_find(named ? desc->tonemap : snell_film_look(f, NULL), &out->map);
-}
-
-static snell_status find_layer(const snell_film *f, const char *name, const film_layer **out) {
-    const char *names[64], *near;
-    char hint[96] = "it has none: set snell_render_desc.aov";
-    size_t count = f->film.layer_count;
-    for (size_t i = 0; i < count; i++) {
-        *out = &f->film.layers[i];
-        if (strcmp((*out)->name, name) == 0) return SNELL_OK;
-        if (i < 64) names[i] = (*out)->name;
-    }
-    near = count ? closest_word(name, names, count < 64 ? count : 64) : NULL;
-    if (near)
-        snprintf(hint, sizeof hint, "did you mean '%.60s'?", near);
-    else if (count)
-        snprintf(hint, sizeof hint, "it has '%.60s'", names[0]);
-    return error_set(SNELL_ERR_ARGUMENT, hint, "the film has no AOV '%s'", name);
-}
-
-/* A picture of one AOV, made in *room, for a format. */
-static snell_status show_layer(const snell_film *f, const image_codec *codec, const char *name,
-                               film *room, image_options *options) {
-    const film_layer *layer = NULL;
-    bool is_light = true;
-    snell_status status = find_layer(f, name, &layer);
-    if (!status)
-        status = codec->linear ? aov_values(layer, room) : aov_show(layer, room, &is_light);
-    if (is_light) return status;
-    options->exposure = 0;
-    options->map = tonemaps[0];
-    return status;
-}
-
-static snell_status encode(const snell_film *f, const image_codec *codec,
-                           const snell_image_desc *desc, void **data, size_t *size) {
-    image_options options;
-    film one = {.pixels = NULL};
-    const film *from = &f->film;
-    snell_status status = image_settings(f, desc, &options);
-    if (!status && desc && desc->aov) {
-        status = show_layer(f, codec, desc->aov, &one, &options);
-        from = &one;
-    }
-    options.layers = from->layers;
-    options.layer_count = from->layer_count;
-    options.variance = from->variance;
-    options.samples = from->samples;
-    image_pixels pixels = {from->pixels, from->width, from->height, from->channels};
-    if (!status) status = image_encode(codec, &pixels, &options, data, size);
-    film_free(&one);
-    return status;
-}
-
-snell_status snell_film_encode(const snell_film *f, const char *format,
-                               const snell_image_desc *desc, void **data, size_t *size) {
-    if (f == NULL || format == NULL || data == NULL || size == NULL)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_encode: an argument is NULL");
-    const image_codec *codec;
-    snell_status status = image_codec_find(format, &codec);
-    unsigned saved = floatenv_enter();
-    if (!status) status = encode(f, codec, desc, data, size);
-    floatenv_leave(saved);
-    return status;
-}
-
-snell_status snell_film_write(const snell_film *f, const char *path, const snell_image_desc *desc) {
-    if (f == NULL || path == NULL)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_film_write: an argument is NULL");
-    const image_codec *codec;
-    void *data = NULL;
-    size_t size;
-    unsigned saved = floatenv_enter();
-    snell_status status = image_codec_for_path(path, &codec);
-    if (!status) status = encode(f, codec, desc, &data, &size);
-    if (!status) status = file_write_atomic(path, data, size);
-    free(data);
-    floatenv_leave(saved);
-    return status;
-}
-
-snell_status snell_picture_read_info(const char *path, snell_picture_info *out) {
-    if (path == NULL || out == NULL)
-        return error_set(SNELL_ERR_ARGUMENT, NULL, "an argument is NULL");
-    if (out->struct_size != sizeof *out)
-        return error_set(SNELL_ERR_VERSION, NULL, "struct_size is another version's");
-    image_info info;
-    snell_status status = image_read_info(path, &info);
-    if (status) return status;
-    *out = (snell_picture_info){.struct_size = sizeof *out,
-                                .width = info.width,
-                                .height = info.height,
-                                .channels = info.channels,
-                                .bits = info.bits,
-                                .tag = info.tag,
-                                .layers = info.layers};
-    memcpy(out->format, info.format, sizeof out->format);
-    return SNELL_OK;
-}

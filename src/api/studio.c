@@ -81,6 +81,23 @@ snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, floa
     return status;
 }
 
+snell_status snell_view_turn(snell_view *view, vec3 center, float angle) {
+    if (view == NULL || !isfinite(angle))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_view_turn: an argument is out of range");
+    unsigned saved = floatenv_enter();
+    double c = fn_cos((double)angle), s = fn_sin((double)angle);
+    dvec3 around = dvec3_from(center);
+    const dmat3 turn = {{c, 0, s}, {0, 1, 0}, {-s, 0, c}};
+    vec3 *points[2] = {&view->from, &view->at};
+    for (int i = 0; i < 2; i++) {
+        dvec3 arm = dvec3_sub(dvec3_from(*points[i]), around);
+        *points[i] = vec3_from(dvec3_add(around, dmat3_apply(&turn, arm)));
+    }
+    view->up = vec3_from(dmat3_apply(&turn, dvec3_from(view->up)));
+    floatenv_leave(saved);
+    return SNELL_OK;
+}
+
 /* Whom the rig lights for: the first camera, a new one, or who looks from the direction. */
 static snell_status studio_camera(snell_scene *s, const float direction[2], bool *added,
                                   snell_view *view) {

@@ -46,7 +46,8 @@ enum field_flags {
     FIELD_REQUIRED = 1,
     FIELD_OPEN_MIN = 2,    /* the minimum itself is not allowed */
     FIELD_UNIT_LENGTH = 4, /* a direction: any length but 0 is given, stored normalised */
-    FIELD_SOME_NONE = 8    /* a list of ids in which 0 stands for none */
+    FIELD_SOME_NONE = 8,   /* a list of ids in which 0 stands for none */
+    FIELD_OR_NUMBER = 16   /* a text that the scene language may give as a number */
 };
 
 typedef struct field {
@@ -97,6 +98,7 @@ typedef struct type_info {
 #define DIRECTION -INFINITY, INFINITY, FIELD_UNIT_LENGTH, NULL
 #define REQUIRED_DIRECTION -INFINITY, INFINITY, FIELD_UNIT_LENGTH | FIELD_REQUIRED, NULL
 #define CHOICES(words) 0, 255, 0, words
+#define OR_NUMBER -INFINITY, INFINITY, FIELD_OR_NUMBER, NULL
 #define OR_NONE -INFINITY, INFINITY, FIELD_SOME_NONE, NULL
 
 #define FIELD_MEMBER_BOOL(name) bool name;

@@ -116,42 +116,129 @@ static void sync_folder_of(const char *path) {
     close(file);
 }
 
-/* old: the file that is replaced, NULL when there is none. */
-static int replace(const char *path, const struct stat *old, const void *data, size_t size) {
-    char name[PATH_MAX];
-    if (old && access(path, W_OK) != 0) return errno;
-    int file = create_beside(path, name);
-    if (file < 0) return errno;
-    int failed = write_all(file, data, size);
-    if (!failed && old) {
-        (void)!fchown(file, old->st_uid, old->st_gid); /* root alone may give files away */
-        if (fchmod(file, old->st_mode & 0777) != 0) failed = errno;
+/* What a path leads to, and what is there. */
+typedef struct target {
+    char path[PATH_MAX];
+    struct stat old;
+    bool exists;
+} target;
+
+static int find_target(const char *path, target *out) {
+    int failed = follow_links(path, out->path);
+    out->exists = !failed && stat(out->path, &out->old) == 0;
+    return failed == 0 && out->exists && S_ISDIR(out->old.st_mode) ? EISDIR : failed;
+}
+
+static bool is_special(const target *t) { return t->exists && !S_ISREG(t->old.st_mode); }
+
+/* Closes the file `name` and puts it in the target's place; it is removed if that fails. */
+static int replace(const target *t, int file, const char *name, int failed) {
+    if (!failed && t->exists) {
+        (void)!fchown(file, t->old.st_uid, t->old.st_gid); /* root alone may give files away */
+        if (fchmod(file, t->old.st_mode & 0777) != 0) failed = errno;
     }
     if (!failed) failed = sync_file(file);
     if (close(file) != 0 && !failed) failed = errno;
-    if (!failed && rename(name, path) != 0) failed = errno;
+    if (!failed && rename(name, t->path) != 0) failed = errno;
     if (failed)
         unlink(name);
     else
-        sync_folder_of(path);
+        sync_folder_of(t->path);
     return failed;
 }
 
+static int write_new(const target *t, const void *data, size_t size) {
+    char name[PATH_MAX];
+    if (t->exists && access(t->path, W_OK) != 0) return errno;
+    int file = create_beside(t->path, name);
+    if (file < 0) return errno;
+    return replace(t, file, name, write_all(file, data, size));
+}
+
 snell_status file_write_atomic(const char *path, const void *data, size_t size) {
-    char target[PATH_MAX];
-    int failed = follow_links(path, target);
-    struct stat old;
-    bool exists = !failed && stat(target, &old) == 0;
-    if (failed)
-        ;
-    else if (exists && S_ISDIR(old.st_mode))
-        failed = EISDIR;
-    else if (exists && !S_ISREG(old.st_mode))
-        failed = write_directly(target, data, size);
-    else
-        failed = replace(target, exists ? &old : NULL, data, size);
+    target t;
+    int failed = find_target(path, &t);
+    if (!failed)
+        failed = is_special(&t) ? write_directly(t.path, data, size) : write_new(&t, data, size);
     return failed ? write_error(path, failed) : SNELL_OK;
 }
+
+/* ---- in parts ---- */
+
+struct file_writer {
+    char *path;          /* as given, for messages and the end */
+    char name[PATH_MAX]; /* of the temporary; "" where it is written to directly */
+    int file;
+};
+
+static int begin(file_writer *w) {
+    target t;
+    int failed = find_target(w->path, &t);
+    if (failed) return failed;
+    if (t.exists && access(t.path, W_OK) != 0) return errno;
+    w->file = is_special(&t) ? open(t.path, O_WRONLY | O_CLOEXEC | O_NOCTTY)
+                             : create_beside(t.path, w->name);
+    if (is_special(&t)) w->name[0] = '\0';
+    return w->file < 0 ? errno : 0;
+}
+
+snell_status file_begin(const char *path, file_writer **out) {
+    file_writer *w = calloc(1, sizeof *w);
+    if (w) w->path = strdup(path);
+    if (w == NULL || w->path == NULL) {
+        free(w);
+        return error_no_memory();
+    }
+    int failed = begin(w);
+    if (failed) {
+        free(w->path);
+        free(w);
+        return write_error(path, failed);
+    }
+    *out = w;
+    return SNELL_OK;
+}
+
+snell_status file_append(file_writer *w, const void *data, size_t size) {
+    int failed = write_all(w->file, data, size);
+    return failed ? write_error(w->path, failed) : SNELL_OK;
+}
+
+snell_status file_patch(file_writer *w, uint64_t offset, const void *data, size_t size) {
+    const char *at = data;
+    while (size > 0) {
+        ssize_t written = pwrite(w->file, at, size, (off_t)offset);
+        if (written < 0 && errno == EINTR) continue;
+        if (written <= 0) return write_error(w->path, written < 0 ? errno : ENOSPC);
+        at += written;
+        offset += (uint64_t)written;
+        size -= (size_t)written;
+    }
+    return SNELL_OK;
+}
+
+snell_status file_finish(file_writer *w, const char *path) {
+    target t;
+    int failed = find_target(path ? path : w->path, &t);
+    if (w->name[0])
+        failed = replace(&t, w->file, w->name, is_special(&t) ? EEXIST : failed);
+    else
+        failed = close(w->file) != 0 ? errno : 0;
+    snell_status status = failed ? write_error(path ? path : w->path, failed) : SNELL_OK;
+    free(w->path);
+    free(w);
+    return status;
+}
+
+void file_abandon(file_writer *w) {
+    if (w == NULL) return;
+    close(w->file);
+    if (w->name[0]) unlink(w->name);
+    free(w->path);
+    free(w);
+}
+
+/* ---- reading ---- */
 
 static snell_status read_error(const char *path, int number) {
     source_place place = {.file = path};

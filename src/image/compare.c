@@ -17,6 +17,7 @@ typedef struct view {
     const film *film;
     bool as_shown, eight_bits;
     const tonemap *map;
+    white_balance white;
     double scale;
 } view;
 
@@ -31,7 +32,7 @@ typedef struct pixel {
 static void put_on_screen(const view *v, pixel *p) {
     double alpha = clamp01(p->alpha), scale = alpha > 0 ? v->scale / alpha : 0;
     dvec3 color = {p->linear[0], p->linear[1], p->linear[2]};
-    color = tonemap_apply(v->map, scale, color);
+    color = tonemap_apply(v->map, scale, white_balance_apply(&v->white, color));
     const double mapped[3] = {color.x, color.y, color.z};
     if (v->eight_bits) alpha = floor(255 * alpha + 0.5) / 255;
     for (int c = 0; c < 3; c++) {
@@ -303,8 +304,10 @@ snell_status compare_films(const film *reference, const film *picture,
                            snell_comparison *out) {
     bool as_shown = options->as_shown || reference->encoded_bits || picture->encoded_bits;
     bool eight = reference->encoded_bits == 8 || picture->encoded_bits == 8;
-    view v = {
-        .as_shown = as_shown, .map = options->map, .scale = tonemap_exposure(options->exposure)};
+    view v = {.as_shown = as_shown,
+              .map = options->map,
+              .white = options->white,
+              .scale = tonemap_exposure(options->exposure)};
     compare_job j = {.views = {v, v}, .options = options};
     compare_options exact = *options; /* the test is of light, not of what screens show */
     if (as_shown) {

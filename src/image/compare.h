@@ -5,11 +5,13 @@
 #include "base/thread.h"
 #include "image/film.h"
 #include "image/tonemap.h"
+#include "image/white_balance.h"
 
 typedef struct compare_options {
     bool as_shown;
-    const tonemap *map; /* of linear pictures as shown */
-    double exposure;    /* stops, the same */
+    const tonemap *map;  /* of linear pictures as shown */
+    double exposure;     /* stops, the same */
+    white_balance white; /* the same */
     double pixels_per_degree;
     const film *variances[2]; /* of the reference, of the picture; NULL: none; of the same size */
     uint32_t variance_count;  /* 0: very many */

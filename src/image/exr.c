@@ -1,8 +1,9 @@
-/* OpenEXR: 32-bit linear floats, ZIP, channels R G B (A, premultiplied), and of a render with a noise
+/* OpenEXR: linear floats, ZIP, channels R G B (A, premultiplied) of 32 or 16 bits, and, always of 32, of a render with a noise
  * variance.R variance.G variance.B and samples (whole numbers); the tag is the string attribute
  * "snell". A film with layers becomes a file of several parts: the picture, then each layer, named
  * after it. Written by OpenEXRCore into memory; a file's head is read by hand, since a
  * foreign file must not meet a decoder outside of the sandbox. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,9 +55,31 @@ static void on_error(exr_const_context_t context, exr_result_t code, const char 
     (void)text;
 }
 
+/* To the nearest half, ties to even; what is finite stays finite. */
+static uint16_t half_of(float value) {
+    enum { EXPONENT_ALL = 0x7f800000, LARGEST = 0x477fe000, SMALLEST_NORMAL = 0x38800000 };
+    uint32_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    uint32_t sign = bits >> 16 & 0x8000, size = bits & 0x7fffffff;
+    if (size > EXPONENT_ALL) return (uint16_t)(sign | 0x7e00);
+    if (size == EXPONENT_ALL) return (uint16_t)(sign | 0x7c00);
+    if (size >= LARGEST) return (uint16_t)(sign | 0x7bff);
+    if (size < SMALLEST_NORMAL) /* in steps of 2^-24 */
+        return (uint16_t)(sign | (uint32_t)lrint(fabs((double)value) * 0x1p24));
+    return (uint16_t)(sign | (size - 0x38000000 + 0xfff + (size >> 13 & 1)) >> 13);
+}
+
+/* NULL: no memory. */
+static uint16_t *halves_of(const image_pixels *pixels) {
+    size_t count = (size_t)pixels->width * pixels->height * pixels->channels;
+    uint16_t *halves = memory_resize(NULL, count, sizeof *halves);
+    for (size_t i = 0; halves && i < count; i++) halves[i] = half_of(pixels->data[i]);
+    return halves;
+}
+
 typedef struct exr_channel {
     char name[AOV_NAME_MAX];
-    exr_pixel_type_t type; /* of 4 bytes */
+    exr_pixel_type_t type;
     const void *first;
     uint32_t stride; /* bytes from one pixel's value to the next's */
     exr_perceptual_treatment_t kind;
@@ -79,13 +102,20 @@ static exr_channel *add_channel(exr_part *p, const float *pixels, uint32_t place
     return c;
 }
 
-static void picture_part(const image_pixels *pixels, const image_options *options, exr_part *p) {
+/* halves: the picture's, NULL where it is written as it is. */
+static void picture_part(const image_pixels *pixels, const image_options *options,
+                         const uint16_t *halves, exr_part *p) {
     *p = (exr_part){.name = options->layer_count ? "picture" : NULL,
                     .width = pixels->width,
                     .height = pixels->height};
     for (uint32_t i = 0; i < pixels->channels; i++) {
         exr_channel *c = add_channel(p, pixels->data, i, pixels->channels);
         snprintf(c->name, sizeof c->name, "%c", "RGBA"[i]);
+        if (halves) {
+            c->type = EXR_PIXEL_HALF;
+            c->first = halves + i;
+            c->stride = 2 * pixels->channels;
+        }
         c->kind = EXR_PERCEPTUALLY_LOGARITHMIC;
     }
     for (uint32_t i = 0; options->variance && i < 3; i++)
@@ -103,10 +133,10 @@ static void layer_part(const film_layer *layer, exr_part *p) {
         aov_channel_name(layer, i, add_channel(p, layer->pixels, i, layer->channels)->name);
 }
 
-static void part_of(const image_pixels *pixels, const image_options *options, size_t index,
-                    exr_part *out) {
+static void part_of(const image_pixels *pixels, const image_options *options,
+                    const uint16_t *halves, size_t index, exr_part *out) {
     if (index == 0)
-        picture_part(pixels, options, out);
+        picture_part(pixels, options, halves, out);
     else
         layer_part(&options->layers[index - 1], out);
 }
@@ -144,11 +174,11 @@ static exr_result_t write_part_head(exr_context_t file, const exr_part *p, const
 }
 
 static exr_result_t write_head(exr_context_t file, const image_pixels *pixels,
-                               const image_options *options) {
+                               const image_options *options, const uint16_t *halves) {
     exr_result_t failed = exr_set_longname_support(file, 1);
     for (size_t i = 0; !failed && i <= options->layer_count; i++) {
         exr_part p;
-        part_of(pixels, options, i, &p);
+        part_of(pixels, options, halves, i, &p);
         failed = write_part_head(file, &p, options->tag);
     }
     return failed ? failed : exr_write_header(file);
@@ -180,7 +210,7 @@ static exr_result_t write_rows(exr_context_t file, int part, const exr_part *p) 
             const exr_channel *from = sources[c];
             size_t row = (size_t)p->width * from->stride;
             channel->encode_from_ptr = (const uint8_t *)from->first + y * row;
-            channel->user_bytes_per_element = 4;
+            channel->user_bytes_per_element = from->type == EXR_PIXEL_HALF ? 2 : 4;
             channel->user_data_type = (uint16_t)from->type;
             channel->user_pixel_stride = (int32_t)from->stride;
             channel->user_line_stride = (int32_t)row;
@@ -196,37 +226,29 @@ static exr_result_t write_rows(exr_context_t file, int part, const exr_part *p) 
 static snell_status encode(const image_pixels *pixels, const image_options *options,
                            image_buffer *out) {
     exr_stream stream = {out, false};
+    uint16_t *halves = options->bits == 16 ? halves_of(pixels) : NULL;
+    if (options->bits == 16 && halves == NULL) return error_no_memory();
     exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
     setup.user_data = &stream;
     setup.write_fn = write_at;
     setup.error_handler_fn = on_error;
     exr_context_t file = NULL;
     exr_result_t failed = exr_start_write(&file, "picture", EXR_WRITE_FILE_DIRECTLY, &setup);
-    if (!failed) failed = write_head(file, pixels, options);
+    if (!failed) failed = write_head(file, pixels, options, halves);
     for (size_t i = 0; !failed && i <= options->layer_count; i++) {
         exr_part p;
-        part_of(pixels, options, i, &p);
+        part_of(pixels, options, halves, i, &p);
         failed = write_rows(file, (int)i, &p);
     }
     if (file) {
         exr_result_t closing = exr_finish(&file);
         if (!failed) failed = closing;
     }
+    free(halves);
     if (!failed) return SNELL_OK;
     if (stream.no_memory || failed == EXR_ERR_OUT_OF_MEMORY) return error_no_memory();
     return error_set(SNELL_ERR_INTERNAL, "try .pfm", "OpenEXR failed: %s",
                      exr_get_default_error_message(failed));
-}
-
-#else
-
-static snell_status encode(const image_pixels *pixels, const image_options *options,
-                           image_buffer *out) {
-    (void)pixels;
-    (void)options;
-    (void)out;
-    return error_set(SNELL_ERR_UNSUPPORTED, "write .pfm, or build with -DSNELL_OPENEXR=ON",
-                     "this snell was built without OpenEXR");
 }
 
 #endif
@@ -403,10 +425,16 @@ extern const image_codec image_codec_exr;
 const image_codec image_codec_exr = {
     .name = "exr",
     .extension = ".exr",
-    .help = "32-bit floats, linear",
+    .help = "floats, linear; with alpha and layers",
     .has_tag = true,
     .linear = true,
     .has_layers = true,
+    .bits = 32,
+    .bits_other = 16,
+#if SNELL_HAS_OPENEXR
     .encode = encode,
+#else
+    .missing = "write .pfm, or build with -DSNELL_OPENEXR=ON",
+#endif
     .read_info = read_info,
 };

@@ -59,6 +59,7 @@ const image_codec image_codec_pfm = {
     .extension = ".pfm",
     .help = "32-bit floats, linear",
     .linear = true,
+    .bits = 32,
     .encode = encode,
     .read_info = read_info,
 };

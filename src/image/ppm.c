@@ -105,6 +105,7 @@ const image_codec image_codec_ppm = {
     .extension = ".ppm",
     .help = "8 bits, sRGB, tone-mapped; without alpha",
     .has_tag = true,
+    .bits = 8,
     .encode = encode,
     .read_info = read_info,
 };

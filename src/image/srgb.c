@@ -1,6 +1,7 @@
 #include "image/srgb.h"
 
 #include <pthread.h>
+#include <string.h>
 
 #include "maths/functions.h"
 
@@ -34,4 +35,23 @@ const float *unorm_table(void) {
 
 float srgb_to_linear(double shown) {
     return shown > 0 ? (float)srgb_decode(shown < 1 ? shown : 1) : 0;
+}
+
+static int hex_digit(char c) {
+    static const char digits[] = "0123456789abcdef";
+    const char *at = c >= 'A' && c <= 'F' ? strchr(digits, c - 'A' + 'a') : strchr(digits, c);
+    return at && c ? (int)(at - digits) : -1;
+}
+
+bool srgb_read_hex(const char *text, snell_vec3 *out) {
+    size_t size = strlen(text);
+    if (text[0] != '#' || (size != 4 && size != 7)) return false;
+    float *channels = &out->x;
+    for (int i = 0; i < 3; i++) {
+        int high = hex_digit(text[size == 4 ? 1 + i : 1 + 2 * i]);
+        int low = hex_digit(text[size == 4 ? 1 + i : 2 + 2 * i]);
+        if (high < 0 || low < 0) return false;
+        channels[i] = srgb_table()[16 * high + low];
+    }
+    return true;
 }

@@ -174,25 +174,6 @@ uint32_t values_get_material(lua_State *L, const char *label) {
 
 /* ---- colours ---- */
 
-static int hex_digit(char c) {
-    static const char digits[] = "0123456789abcdef";
-    const char *at = c >= 'A' && c <= 'F' ? strchr(digits, c - 'A' + 'a') : strchr(digits, c);
-    return at && c ? (int)(at - digits) : -1;
-}
-
-static bool read_hex(const char *text, snell_vec3 *out) {
-    size_t size = strlen(text);
-    if (text[0] != '#' || (size != 4 && size != 7)) return false;
-    float *channels = &out->x;
-    for (int i = 0; i < 3; i++) {
-        int high = hex_digit(text[size == 4 ? 1 + i : 1 + 2 * i]);
-        int low = hex_digit(text[size == 4 ? 1 + i : 2 + 2 * i]);
-        if (high < 0 || low < 0) return false;
-        channels[i] = srgb_table()[16 * high + low];
-    }
-    return true;
-}
-
 static bool read_color(lua_State *L, const char *label, const field *f, snell_param *out) {
     int kind = lua_type(L, -1);
     if (kind == LUA_TNUMBER) {
@@ -202,7 +183,7 @@ static bool read_color(lua_State *L, const char *label, const field *f, snell_pa
     }
     out->kind = SNELL_PARAM_VEC3;
     if (kind == LUA_TSTRING) {
-        if (read_hex(lua_tostring(L, -1), &out->value.v)) return true;
+        if (srgb_read_hex(lua_tostring(L, -1), &out->value.v)) return true;
         scene_fail(L, SNELL_ERR_SYNTAX, "such as \"#ff8000\", {1, 0.2, 0} or 0.5",
                    "%s: '%s' is %s, which is not a colour", label, f->name, shown(L, -1));
     }
@@ -449,9 +430,16 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
         break;
     case FIELD_CHOICE: read_choice(L, label, f, out); break;
     case FIELD_STRING:
-        if (lua_type(L, -1) != LUA_TSTRING) fail_kind(L, -1, label, f->name, wanted);
+        if (lua_type(L, -1) == LUA_TNUMBER && (f->flags & FIELD_OR_NUMBER) != 0) {
+            lua_pushvalue(L, -1); /* its text is kept until another takes its place */
+            out->value.s = lua_tostring(L, -1);
+            lua_setfield(L, LUA_REGISTRYINDEX, f->name);
+        } else if (lua_type(L, -1) == LUA_TSTRING) {
+            out->value.s = lua_tostring(L, -1);
+        } else {
+            fail_kind(L, -1, label, f->name, wanted);
+        }
         out->kind = SNELL_PARAM_STRING;
-        out->value.s = lua_tostring(L, -1);
         break;
     case FIELD_TEXTURE:
     case FIELD_MATERIAL: read_reference(L, label, f, out); break;

@@ -78,6 +78,14 @@ static inline dvec3 dvec3_to_frame(dvec3 n, dvec3 v) {
     return (dvec3){dvec3_dot(t, v), dvec3_dot(b, v), dvec3_dot(n, v)};
 }
 
+/* Rows of a linear map of colours or directions. */
+typedef struct dmat3 {
+    dvec3 x, y, z;
+} dmat3;
+static inline dvec3 dmat3_apply(const dmat3 *m, dvec3 v) {
+    return (dvec3){dvec3_dot(m->x, v), dvec3_dot(m->y, v), dvec3_dot(m->z, v)};
+}
+
 /* ---- bounds ---- */
 static inline bounds3 bounds3_empty(void) {
     return (bounds3){{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};

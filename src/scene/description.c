@@ -10,6 +10,7 @@
 #include "geometry/primitive.h"
 #include "geometry/user.h"
 #include "image/aov.h"
+#include "image/white_balance.h"
 #include "lights/light.h"
 #include "materials/material.h"
 #include "scene/settings.h"
@@ -26,8 +27,11 @@ static const type_info *const settings[] = {&setting_render, &setting_background
                                             &setting_animation};
 
 static snell_status check_render(const void *desc) {
-    aov_set unused;
-    return aov_parse(((const render_desc *)desc)->aov, &unused);
+    const render_desc *render = desc;
+    aov_set aovs;
+    white_balance white;
+    snell_status status = aov_parse(render->aov, &aovs);
+    return status ? status : white_balance_parse(render->white_balance, &white);
 }
 
 /* The index-th type of a category, NULL at the end; its own check (may be NULL) in *check. */

@@ -5,7 +5,7 @@
 #include "base/field.h"
 
 /* "default", and the names of image/tonemap.h's registry. */
-#define TONEMAP_CHOICES "default|clip|reinhard|neutral"
+#define TONEMAP_CHOICES "default|clip|reinhard|neutral|aces|agx"
 
 /* Fields below their range's first useful value mean "not said": 0, or -1 where 0 is meaningful. */
 #define RENDER_FIELDS(F, T)                                                                        \
@@ -31,6 +31,9 @@
     F(T, exposure, FLOAT, DEFAULT(0), RANGE(-50, 50), "stops", "2^exposure times the light")       \
     F(T, tonemap, CHOICE, DEFAULT(0), CHOICES(TONEMAP_CHOICES), "",                                \
       "default: clip; neutral for models")                                                         \
+    F(T, white_balance, STRING, NO_DEFAULT, OR_NUMBER, "",                                         \
+      "the light that is to look white: kelvin, such as 3200, or a colour as text, such as "       \
+      "\"#ffd9b0\" or \"1,0.7,0.4\"; 6504 (D65) changes nothing")                                  \
     F(T, aov, STRING, NO_DEFAULT, ANY, "",                                                         \
       "layers beside the picture, as in \"depth,normal\": 'snell help aovs'")
 DESCRIBE_STRUCT(render, RENDER_FIELDS)

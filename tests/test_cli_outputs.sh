@@ -1,0 +1,318 @@
+#!/bin/bash
+# Finished pictures: formats, looks, animations, turntables, cameras, folders. $1: the build folder.
+snell=$(cd "${1:?the build folder}" && pwd)/snell
+[ -x "$snell" ] || { echo "$snell is not built"; exit 1; }
+work=$(mktemp -d) || exit 1
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+for name in $(compgen -e SNELL_); do unset "$name"; done
+export NO_COLOR=1 TMPDIR=$work/tmp
+mkdir tmp
+failures=0
+
+fail() {
+    failures=$((failures + 1))
+    echo "FAILED: $*"
+    [ -s out ] && head -c 2000 out | sed 's/^/    out: /' | head -20
+    [ -s err ] && sed 's/^/    err: /' err | head -20
+}
+run() { # CODE ARGUMENT...
+    local want=$1 got
+    shift
+    "$snell" "$@" >out 2>err </dev/null
+    got=$?
+    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
+}
+says() { grep -qF -- "$1" err || fail "not on standard error: $1"; }
+prints() { grep -qE -- "$1" out || fail "not on standard output: $1"; }
+exists() { for file; do [ -s "$file" ] || fail "there is no $file"; done; }
+absent() { for file; do [ ! -e "$file" ] || fail "there is a $file"; done; }
+wrong() { # MESSAGE HINT ARGUMENT...: refused before any work
+    local message=$1 hint=$2
+    shift 2
+    run 2 "$@"
+    says "snell: $message"
+    says "$hint"
+}
+built() { "$snell" --version | grep -q "^parts.* $1"; }
+has() { command -v "$1" >/dev/null || { echo "NOT TESTED: there is no $1"; return 1; }; }
+
+cat >my.lua <<'END'
+camera { from = {0, 1, 4}, at = {0, 0, 0}, name = "front" }
+camera { from = {3, 3, 0}, at = {0, 0, 0}, name = "side/top" }
+light.directional { direction = {-1, -2, -1}, irradiance = 3 }
+background { color = {0.2, 0.3, 0.6} }
+box { min = {-1, -1, -1}, max = {1, 1, 1}, material = material.lambert { color = {0.8, 0.3, 0.1} } }
+END
+cat >anim.lua <<'END'
+animation { fps = 12, first = 1, last = 6 }
+camera { from = {0, 0, 5}, at = {0, 0, 0} }
+light.directional { direction = {-1, -2, -1}, irradiance = 3 }
+sphere { center = {time * 4 - 1, 0, 0}, radius = 0.5 }
+END
+printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n' >tetra.obj
+small=(-s 40x30 -n 1)
+
+formats() {
+    local kinds="png ppm pfm"
+    for part in jpeg:jpg webp:webp openexr:exr; do
+        built "${part%:*}" && kinds+=" ${part#*:}" || echo "NOT TESTED: this build has no ${part%:*}"
+    done
+    for kind in $kinds; do
+        run 0 my.lua "${small[@]}" -o a.$kind
+        exists a.$kind
+        run 0 info a.$kind
+        prints "40x30"
+        [ $kind = pfm ] || prints "snell render my.lua .* -o a.$kind"
+        [ $kind = pfm ] || { run 0 explain a.$kind 20 15; prints "pixel 20,15 of a.$kind"; }
+        run 0 my.lua "${small[@]}" -o - --format $kind
+        cmp -s out a.$kind || fail "standard output differs from a.$kind"
+    done
+    run 0 my.lua "${small[@]}" -o b.png --bits 16
+    run 0 info b.png
+    prints "channels of 16 bits"
+    prints "--bits=16 -o b.png"
+    run 0 my.lua "${small[@]}" -o a.pfm
+    run 0 convert a.pfm c.png --bits 16 # the same bits later
+    run 0 compare b.png c.png
+    if built openexr; then
+        run 0 my.lua "${small[@]}" -o half.exr --bits 16
+        run 0 info half.exr
+        prints "channels of 16 bits"
+        run 0 compare a.exr half.exr --max-rmse 0.0005
+        wrong "--bits: a .exr file has no 8 of them" "16 or 32" my.lua -o x.exr --bits 8
+    fi
+    if built jpeg; then
+        run 0 my.lua "${small[@]}" -o low.jpeg --quality 10
+        run 0 my.lua "${small[@]}" -o high.jpg --quality 100
+        [ "$(stat -c %s low.jpeg)" -lt "$(stat -c %s high.jpg)" ] || fail "--quality changes nothing"
+        run 0 compare a.png high.jpg --max-rmse 0.01
+        run 0 convert a.pfm again.jpg
+        wrong "--quality: '0' is not" "" my.lua -o x.jpg --quality 0
+    fi
+    wrong "--quality: a .png file loses nothing" ".jpg and .webp" my.lua -o x.png --quality 50
+    wrong "--bits: a .ppm file has no 16 of them" "" my.lua -o x.ppm --bits 16
+    wrong "--bits: there is no '12'" "'16'" my.lua -o x.png --bits 12
+    wrong "--bits: a .pfm file" "" convert a.pfm y.pfm --bits 8
+    wrong "'x.apng' is for several pictures" "snell render" convert a.pfm x.apng
+    absent x.jpg x.png x.ppm x.exr x.apng y.pfm
+    for tool in identify ffprobe; do
+        has $tool || continue
+        for kind in jpg webp png; do
+            [ -e a.$kind ] || continue
+            if [ $tool = identify ]; then identify -format '%w %h\n' a.$kind >out 2>err
+            else ffprobe -v error -show_entries stream=width,height -of csv=p=0 a.$kind >out 2>err; fi
+            grep -q "^40[ ,]30" out || fail "$tool does not understand a.$kind"
+        done
+    done
+}
+
+looks() {
+    for map in clip reinhard neutral aces agx; do
+        run 0 my.lua "${small[@]}" -o $map.png --strip --tonemap $map
+    done
+    [ "$(md5sum clip.png reinhard.png neutral.png aces.png agx.png | cut -d' ' -f1 | sort -u | wc -l)" = 5 ] ||
+        fail "two tone maps are the same"
+    run 0 my.lua "${small[@]}" -o plain.png --strip
+    cmp -s plain.png clip.png || fail "clip is not the default"
+    run 0 my.lua "${small[@]}" -o d65.png --strip --white-balance 6504
+    cmp -s plain.png d65.png || fail "D65 changes the picture"
+    run 0 my.lua "${small[@]}" -o warm.png --white-balance 3200 --tonemap agx --exposure 0.5
+    run 0 info warm.png
+    prints "--tonemap=agx --white-balance=3200"
+    run 0 my.lua "${small[@]}" -o light.pfm
+    run 0 convert light.pfm warm2.png --white-balance 3200 --tonemap agx --exposure 0.5
+    run 0 compare warm.png warm2.png
+    run 0 compare warm.png light.pfm --white-balance 3200 --tonemap agx --exposure 0.5
+    run 1 compare warm.png light.pfm --tonemap agx --exposure 0.5
+    { echo 'render { white_balance = 3200, tonemap = "agx", exposure = 0.5 }'; cat my.lua; } >look.lua
+    run 0 look.lua "${small[@]}" -o warm3.png --json
+    prints '"white_balance": "3200"'
+    prints '"tonemap": "agx"'
+    run 0 compare warm.png warm3.png
+    sed 's/= 3200/= "orange"/' look.lua >bad.lua
+    run 3 bad.lua
+    says "bad.lua:1:"
+    says "'orange' is neither a temperature nor a colour"
+    for white in orange '#ffa500' 1,0.376262,0; do
+        run 0 my.lua "${small[@]}" -o white.png --strip --white-balance "$white"
+        md5sum <white.png
+    done | sort -u | wc -l | grep -qx 1 || fail "one colour three ways is not one picture"
+    if built openexr; then
+        run 0 look.lua "${small[@]}" -o look.exr
+        run 0 compare look.exr warm3.png # the tag knows
+        run 0 convert look.exr look.png
+        run 0 compare look.png warm3.png
+        run 0 convert look.exr cold.png --white-balance 6504
+        run 0 info cold.png
+        prints "--white-balance=6504 -o cold.png"
+        wrong "x.exr: --white-balance would change nothing" "" convert look.exr x.exr --white-balance 5000
+    fi
+    wrong "--white-balance: '999' is no light" "1000 to 25000" my.lua --white-balance 999
+    wrong "--white-balance: 'wrm' is no light" "" my.lua --white-balance wrm
+}
+
+animations() {
+    run 0 anim.lua "${small[@]}" --frames 1..6 -o a.apng
+    says "a.apng  40x30  6 frames, 12 a second"
+    run 0 info a.apng
+    prints "3 channels of 8 bits, 6 frames"
+    prints "--frames=1..6 --fps=12 -o a.apng"
+    cp a.apng first.apng
+    eval "$(sed -n 's/^  snell /"$snell" /p' out)" 2>err || fail "the command that info tells does not work"
+    cmp -s a.apng first.apng || fail "the command that info tells makes another animation"
+    wrong "a.apng has several frames" "--frame 1" explain a.apng 20 15
+    run 0 explain a.apng 20 15 --frame 3
+    run 0 anim.lua "${small[@]}" --frames 1..6 -o b.apng -t 1
+    cmp -s a.apng b.apng || fail "threads change an animation"
+    run 0 anim.lua "${small[@]}" --frames 2..3 --fps 30 -o - --format y4m
+    head -c 200 out | head -1 | grep -q '^YUV4MPEG2 W40 H30 F30:1 ' || fail "no y4m head"
+    [ "$(stat -c %s out)" = $((2 * (6 + 40 * 30 * 3 / 2) + $(head -c 200 out | head -1 | wc -c))) ] ||
+        fail "y4m of another size"
+    cp out pipe.y4m
+    run 0 anim.lua "${small[@]}" --frames 2..3 --fps 30 -o file.y4m
+    cmp -s pipe.y4m file.y4m || fail "a y4m file differs from the pipe"
+    run 0 anim.lua "${small[@]}" --frame 2 -o one.apng # one frame
+    run 0 info one.apng
+    prints "1 frame$"
+    prints -- "--frame=2"
+    run 0 anim.lua "${small[@]}" --frames 1..2 -o n.png # numbered, as before
+    exists n.0001.png n.0002.png
+    if built webp; then
+        run 0 anim.lua "${small[@]}" --frames 1..6 -o a.webp
+        run 0 info a.webp
+        prints "6 frames"
+        run 0 anim.lua "${small[@]}" --frames 1..2 -o 'n%02d.webp'
+        exists n01.webp n02.webp
+        if has webpinfo; then
+            webpinfo a.webp >out 2>err || fail "webpinfo refuses a.webp"
+            [ "$(grep -c 'ANMF' out)" -ge 6 ] || fail "webpinfo counts other frames"
+            grep -q 'No error' out || fail "webpinfo finds errors"
+        fi
+    fi
+    if has ffprobe; then
+        for file in a.apng file.y4m; do
+            ffprobe -v error -count_frames -show_entries stream=nb_read_frames,r_frame_rate -of csv=p=0 $file >out 2>err
+            [ $file = a.apng ] && prints '^12/1,6$' || prints '^30/1,2$'
+        done
+        ffmpeg -v error -i a.apng -start_number 1 f%d.png 2>err || fail "ffmpeg does not read a.apng"
+        run 0 anim.lua "${small[@]}" --frame 4 -o g.png
+        run 0 compare f4.png g.png
+        ffmpeg -v error -i pipe.y4m -vf 'scale=in_color_matrix=bt709:flags=accurate_rnd+full_chroma_int+bitexact' \
+            -pix_fmt rgb24 -start_number 2 y%d.png 2>err || fail "ffmpeg does not read y4m"
+        run 0 anim.lua "${small[@]}" --frame 3 -o g.png
+        run 0 compare g.png y3.png --max-rmse 0.03
+    fi
+    wrong "--frames makes several pictures" "y4m" anim.lua --frames 1..2 -o -
+    wrong "--aov: an animation has no layers" "numbered" anim.lua --frames 1..2 -o x.apng --aov depth
+    wrong "--fps: '0' is not" "" anim.lua --frames 1..2 -o x.apng --fps 0
+    wrong "-o: 'x.gif' is no kind of picture" ".apng, .webp or .y4m" anim.lua --frames 1..2 -o x.gif
+    # what was there stays, and what was done is saved
+    echo 'assert(time < 0.2, "enough")' >>anim.lua
+    echo old >x.apng
+    run 1 anim.lua "${small[@]}" --frames 1..6 -o x.apng
+    says "stopped after 3 of 6 frames; they are in x.partial.apng"
+    grep -qx old x.apng || fail "an old file was replaced by half an animation"
+    run 0 info x.partial.apng
+    prints "3 frames"
+    run 3 anim.lua "${small[@]}" --frames 4..6 -o none.apng
+    absent none.apng none.partial.apng
+    ls -A | grep -q '\.tmp$' && fail "a temporary file is left: $(ls -A)"
+}
+
+stopping() {
+    run 0 my.lua "${small[@]}" -o w.png
+    "$snell" my.lua -s 320x240 -n 64 --turntable 5000 -o long.apng 2>err &
+    local pid=$!
+    for ((i = 0; i < 100; i++)); do
+        sleep 0.1
+        [ "$(stat -c %s .snell-*.tmp 2>/dev/null || echo 0)" -gt 3000 ] && break
+    done
+    kill -TERM $pid # in the background the shell has SIGINT ignored
+    wait $pid
+    local code=$?
+    [ $code = 143 ] || fail "SIGTERM ends with $code"
+    says "frames; they are in long.partial.apng"
+    absent long.apng
+    run 0 info long.partial.apng
+    prints ", [0-9]+ frames?$"
+    ls -A | grep -q '\.tmp$' && fail "a temporary file is left"
+}
+
+turntables() {
+    run 0 tetra.obj "${small[@]}" --turntable 4 -o t.apng
+    grep -c added err | grep -qx 1 || fail "what was added is not said once"
+    run 0 info t.apng
+    prints "--turntable=4 --fps=24 -o t.apng"
+    run 0 explain t.apng 20 15 --frame 4
+    run 0 tetra.obj "${small[@]}" --turntable 4 # numbered
+    exists tetra.0001.png tetra.0004.png
+    absent tetra.0005.png
+    run 0 info tetra.0003.png
+    prints "--frame=3"
+    prints "--turntable=4"
+    run 0 tetra.obj "${small[@]}" --turntable 4 --frame 3 -o third.png
+    run 0 compare third.png tetra.0003.png
+    run 0 tetra.obj "${small[@]}" -o still.png
+    run 0 compare still.png tetra.0001.png # a turn begins where the picture is
+    run 0 tetra.obj "${small[@]}" --turntable 36 --frame 10 --view 20,10 -o a.png
+    run 0 tetra.obj "${small[@]}" --view 110,10 -o b.png # 90 degrees on
+    run 0 compare a.png b.png --max-rmse 0.02
+    run 1 compare still.png tetra.0002.png
+    run 0 my.lua "${small[@]}" --turntable 5 --frame 2 -o own.png # the file's own camera turns too
+    run 0 my.lua "${small[@]}" -o own1.png
+    run 1 compare own.png own1.png
+    wrong "--turntable: its frames are 1 to 4, 5 is none" "" tetra.obj --turntable 4 --frame 5
+    wrong "--turntable: '0' is not" "" tetra.obj --turntable 0
+    wrong "--turntable makes several pictures" "y4m" tetra.obj --turntable 3 -o -
+}
+
+cameras() {
+    run 0 my.lua "${small[@]}" --camera all -o '{camera}-{name}.png'
+    exists front-my.png side_top-my.png
+    run 0 my.lua "${small[@]}" --camera all --json
+    exists my.front.png my.side_top.png
+    prints '"camera": "side/top"'
+    run 0 my.lua "${small[@]}" --camera side/top -o s.png
+    run 0 compare s.png my.side_top.png
+    run 0 info my.side_top.png
+    prints "--camera=side/top"
+    run 0 tetra.obj "${small[@]}" --camera all -o '{name}-{camera}.png' # none of its own
+    exists tetra-camera.png
+    wrong "-o: '{camera}' means nothing" "{name}" my.lua -o '{camera}.png'
+    wrong "--camera all makes several pictures" "{camera}.png" my.lua --camera all -o -
+}
+
+folders() {
+    mkdir -p models/inner out.d
+    cp my.lua tetra.obj models
+    cp tetra.obj models/my.obj
+    cp tetra.obj models/inner/deep.obj
+    echo broken >models/broken.glb
+    touch models/wood.jpg models/a.mtl models/.hidden.obj
+    run 1 render models "${small[@]}" -o 'out.d/{name}.png'
+    exists out.d/my.lua.png out.d/my.obj.png out.d/tetra.png
+    absent out.d/my.png out.d/deep.png out.d/broken.png
+    says "1 of 4 files failed"
+    says "2 other files in the folder left alone"
+    says "models/broken.glb"
+    cp tetra.obj pyramid.obj
+    run 1 render models/ pyramid.obj "${small[@]}" -o 'out.d/{name}.png' --json
+    prints '"failed": 1'
+    prints '"others": 2'
+    rm models/broken.glb
+    run 0 render models "${small[@]}"
+    exists my.lua.png tetra.png
+    run 3 render models/inner/.. out.d "${small[@]}"
+    says "out.d: there is no model in this folder"
+    wrong "-o: one name for 3 pictures" "{name}.png" render models -o x.png
+}
+
+for test in formats looks animations stopping turntables cameras folders; do
+    mkdir -p "$work/$test"
+    cp my.lua anim.lua tetra.obj "$work/$test"
+    cd "$work/$test" && { $test; cd "$work"; }
+    echo "ok: $test"
+done
+[ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
+echo "all right"
