@@ -476,6 +476,113 @@ static void what_makes_no_animation_is_refused(void **state) {
     unlink("a.apng");
 }
 
+/* ---- the library's own face ---- */
+
+#define MUST(call) assert_int_equal(call, SNELL_OK)
+
+static void the_library_makes_animations(void **state) {
+    (void)state;
+    snell_context *context;
+    snell_scene *scene;
+    snell_film *made;
+    snell_camera_id id;
+    MUST(snell_context_create(NULL, &context));
+    MUST(snell_scene_create(context, &scene));
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    MUST(snell_scene_add_perspective_camera(scene, &camera, &id));
+    MUST(snell_scene_set_background(scene, (snell_vec3){0.2f, 0.4f, 0.8f}, 1));
+    MUST(snell_scene_commit(scene, NULL, NULL));
+    snell_render_desc render = {.struct_size = sizeof render};
+    MUST(snell_scene_settings(scene, 0, &render));
+    render.width = WIDTH;
+    render.height = HEIGHT;
+    render.samples = 1;
+    MUST(snell_film_create(context, &made));
+
+    snell_movie *m = NULL;
+    snell_movie_desc desc = SNELL_INIT(movie_desc);
+    snell_image_desc image = SNELL_INIT(image_desc);
+    image.tag = "a tag";
+    image.white_balance = "3200";
+    desc.image = &image;
+    assert_int_equal(snell_movie_create(NULL, &desc, &m), SNELL_ERR_ARGUMENT);
+    assert_int_equal(snell_movie_create("a.png", &desc, &m), SNELL_ERR_UNSUPPORTED);
+    MUST(snell_movie_create("a.apng", &desc, &m));
+    assert_int_equal(snell_movie_add(m, made, &image), SNELL_ERR_STATE); /* nothing is rendered */
+    MUST(snell_render(scene, &render, made));
+    MUST(snell_movie_add(m, made, &image));
+    MUST(snell_movie_add(m, made, NULL));
+    image.white_balance = "x";
+    assert_int_equal(snell_movie_add(m, made, &image), SNELL_ERR_ARGUMENT);
+    MUST(snell_movie_finish(m, NULL));
+    snell_picture_info info = {.struct_size = sizeof info};
+    MUST(snell_picture_read_info("a.apng", &info));
+    assert_true(info.frames == 2 && info.width == WIDTH);
+    assert_string_equal(info.tag, "a tag");
+    snell_free(info.tag);
+    snell_free(info.layers);
+    unlink("a.apng");
+
+    bytes b = {NULL, 0};
+    desc.image = NULL;
+    desc.format = "y4m";
+    desc.write = collect;
+    desc.user = &b;
+    MUST(snell_movie_create(NULL, &desc, &m));
+    MUST(snell_movie_add(m, made, NULL));
+    MUST(snell_movie_finish(m, NULL));
+    assert_memory_equal(b.data, "YUV4MPEG2 W21 H13 F24:1 ", 24);
+    free(b.data);
+    MUST(snell_movie_create(NULL, &desc, &m));
+    snell_movie_destroy(m);
+    snell_movie_destroy(NULL);
+    snell_film_destroy(made);
+    snell_scene_destroy(scene);
+    snell_context_destroy(context);
+}
+
+static void formats_are_listed(void **state) {
+    (void)state;
+    snell_picture_format_info f = {.struct_size = sizeof f};
+    uint32_t count = 0, movies = 0, streams = 0;
+    for (; snell_picture_format(count, &f); count++) {
+        assert_true(f.picture || f.animation);
+        assert_true(f.extension[0] == '.' && f.help[0] && f.bits[0] > 0);
+        movies += f.animation;
+        streams += f.stream;
+        for (uint32_t i = 0; i < count; i++) {
+            snell_picture_format_info other = {.struct_size = sizeof other};
+            assert_true(snell_picture_format(i, &other));
+            assert_string_not_equal(f.extension, other.extension);
+        }
+    }
+    assert_true(count == 8 && movies == 3 && streams == 1);
+    f.struct_size = 1;
+    assert_false(snell_picture_format(0, &f));
+}
+
+static void a_view_turns(void **state) {
+    (void)state;
+    snell_view view = SNELL_INIT(view), framed = SNELL_INIT(view);
+    view.from = (snell_vec3){1, 3, 5};
+    view.at = (snell_vec3){1, 3, 1};
+    MUST(snell_view_turn(&view, (snell_vec3){1, 0, 1}, 1.57079637f)); /* from +Z to +X */
+    assert_true(fabs((double)view.from.x - 5) < 1e-5 && (double)view.from.y == 3 &&
+                fabs((double)view.from.z - 1) < 1e-5);
+    assert_true((double)view.up.y == 1);
+    /* the way azimuth grows */
+    snell_bounds bounds = {{-1, -1, -1}, {1, 1, 1}};
+    view = framed;
+    MUST(snell_view_frame(&framed, &bounds, 0.9f, 0.2f, 1));
+    MUST(snell_view_frame(&view, &bounds, 0.4f, 0.2f, 1));
+    MUST(snell_view_turn(&view, (snell_vec3){0, 0, 0}, 0.5f));
+    assert_true(fabs((double)(view.from.x - framed.from.x)) < 1e-5 &&
+                fabs((double)(view.from.z - framed.from.z)) < 1e-5);
+    assert_int_equal(snell_view_turn(&view, (snell_vec3){0, 0, 0}, (float)INFINITY),
+                     SNELL_ERR_ARGUMENT);
+    assert_int_equal(snell_view_turn(NULL, (snell_vec3){0, 0, 0}, 1), SNELL_ERR_ARGUMENT);
+}
+
 static char folder[] = "/tmp/snell-movies-XXXXXX";
 static int make_folder(void **state) {
     (void)state;
@@ -500,6 +607,9 @@ int main(void) {
         cmocka_unit_test(black_and_white_are_16_and_235),
         cmocka_unit_test(what_is_done_goes_elsewhere),
         cmocka_unit_test(what_makes_no_animation_is_refused),
+        cmocka_unit_test(the_library_makes_animations),
+        cmocka_unit_test(formats_are_listed),
+        cmocka_unit_test(a_view_turns),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }

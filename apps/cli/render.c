@@ -496,7 +496,7 @@ static int render_cameras(run *r, const char *input, bool whole) {
 
 static void say_all(const run *r, const batch *b) {
     bool files = r->pictures == b->options.operands.count;
-    if (r->failed > 0)
+    if (r->failed > 0 && r->pictures > 1)
         report_note("%zu of %zu %s failed", r->failed, r->pictures, files ? "files" : "pictures");
     if (b->others > 0)
         report_note("%zu other file%s in the folder%s left alone: no model%s", b->others,
@@ -527,10 +527,8 @@ static int render_all(session *s, const render_values *values, const batch *b) {
     int code = status == SNELL_OK ? EXIT_DONE : report_status(status, NULL);
     for (size_t i = 0; r.film != NULL && i < files->count && signals_caught() == 0; i++)
         code = render_cameras(&r, files->items[i], b->whole[i]);
-    if (r.film != NULL && r.pictures > 1) {
-        code = r.failed > 0 ? EXIT_SOME_FAILED : EXIT_DONE;
-        say_all(&r, b);
-    }
+    if (r.pictures > 1) code = r.failed > 0 ? EXIT_SOME_FAILED : EXIT_DONE;
+    if (r.pictures > 1 || b->others > 0) say_all(&r, b);
     snell_film_destroy(r.film);
     code = emit(&r, b, code);
     json_decref(r.results);

@@ -17,13 +17,8 @@ static uint32_t little_endian_24(const uint8_t *p) {
     return (uint32_t)p[2] << 16 | (uint32_t)p[1] << 8 | p[0];
 }
 
-/* ---- writing ---- */
+/* ---- the tag ---- */
 
-static const char packet_head[] = "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF "
-                                  "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">"
-                                  "<rdf:Description rdf:about=\"\" xmlns:snell=\"urn:snell\" "
-                                  "snell:tag='";
-static const char packet_tail[] = "'/></rdf:RDF></x:xmpmeta>";
 static const char attribute[] = "snell:tag='";
 
 /* What XML does not take as it is in an attribute. */
@@ -34,8 +29,16 @@ static const struct {
                {'\n', "&#10;"}, {'\r', "&#13;"}, {'\t', "&#9;"}};
 enum { ESCAPE_COUNT = sizeof escapes / sizeof escapes[0] };
 
+/* ---- writing ---- */
+
 #if SNELL_HAS_WEBP
 #include <webp/encode.h>
+
+static const char packet_head[] = "<x:xmpmeta xmlns:x=\"adobe:ns:meta/\"><rdf:RDF "
+                                  "xmlns:rdf=\"http://www.w3.org/1999/02/22-rdf-syntax-ns#\">"
+                                  "<rdf:Description rdf:about=\"\" xmlns:snell=\"urn:snell\" "
+                                  "snell:tag='";
+static const char packet_tail[] = "'/></rdf:RDF></x:xmpmeta>";
 
 void webp_put(uint8_t *to, uint32_t value, int bytes) {
     for (int i = 0; i < bytes; i++) to[i] = (uint8_t)(value >> 8 * i);
@@ -104,9 +107,10 @@ snell_status webp_frame(const image_pixels *pixels, const image_options *options
     config.quality = (float)options->quality;
     if (options->quality == 100) {
         config.lossless = 1;
+        config.exact = 1;    /* also what is transparent */
         config.quality = 70; /* of the effort */
     }
-    picture.use_argb = 1; /* also for what loses: sharper conversion than before the import */
+    picture.use_argb = 1; /* what loses is converted by libwebp too */
     picture.width = (int)pixels->width;
     picture.height = (int)pixels->height;
     image_buffer file = {0};
@@ -115,12 +119,12 @@ snell_status webp_frame(const image_pixels *pixels, const image_options *options
     bool done = import(pixels, options, &picture) && WebPEncode(&config, &picture);
     bool memory = picture.error_code == VP8_ENC_ERROR_OUT_OF_MEMORY ||
                   picture.error_code == VP8_ENC_ERROR_BAD_WRITE || picture.error_code == VP8_ENC_OK;
-    int code = picture.error_code;
+    unsigned code = (unsigned)picture.error_code;
     WebPPictureFree(&picture);
     snell_status status = SNELL_OK;
     if (!done)
         status = memory ? error_no_memory()
-                        : error_set(SNELL_ERR_INTERNAL, "try .png", "libwebp failed: %d", code);
+                        : error_set(SNELL_ERR_INTERNAL, "try .png", "libwebp failed: %u", code);
     for (size_t at = 12; !status && at + 8 <= file.size;) { /* the picture's own chunks */
         size_t size = little_endian(file.data + at + 4), all = 8 + size + size % 2;
         bool wanted = memcmp(file.data + at, "VP8X", 4) != 0;
