@@ -90,6 +90,11 @@ formats() {
         run 0 convert a.pfm again.jpg
         wrong "--quality: '0' is not" "" my.lua -o x.jpg --quality 0
     fi
+    if built webp; then
+        wrong "x.webp: a .webp file has at most 16383 pixels a side" ".png" my.lua -s 17000x10 -o x.webp
+        wrong "x.webp: a .webp file has at most 16383" "" my.lua -s 17000x10 --turntable 2 -o x.webp
+        run 0 my.lua -s 17000x10 -n 1 --crop 20x10+0+0 -o crop.webp
+    fi
     wrong "--quality: a .png file loses nothing" ".jpg and .webp" my.lua -o x.png --quality 50
     wrong "--bits: a .ppm file has no 16 of them" "" my.lua -o x.ppm --bits 16
     wrong "--bits: there is no '12'" "'16'" my.lua -o x.png --bits 12

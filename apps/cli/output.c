@@ -386,6 +386,15 @@ static size_t channel_count(const char *list) {
     return count;
 }
 
+int output_check_size(const output *out, const snell_render_desc *d) {
+    uint32_t width = d->crop_width > 0 ? d->crop_width : d->width,
+             height = d->crop_width > 0 ? d->crop_height : d->height, most = out->format.side_max;
+    if (most == 0 || (width <= most && height <= most)) return EXIT_DONE;
+    return report_usage("write .png or .apng", "%s: a %s file has at most %u pixels a side",
+                        output_is_standard(out) ? "standard output" : out->path,
+                        out->format.extension, most);
+}
+
 int output_check_aovs(const output *out, const char *list) {
     if (list == NULL || *list == '\0' || !output_has_aov_files(out)) return EXIT_DONE;
     if (output_is_standard(out)) {

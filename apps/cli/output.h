@@ -42,6 +42,8 @@ char *output_partial_path(const output *out);
 bool output_is_standard(const output *out);
 /* Without -o, a file that snell did not make stays: exit code. */
 int output_check_owner(const output *out, const char *path);
+/* Has a picture of this description room there? */
+int output_check_size(const output *out, const snell_render_desc *desc);
 /* Can these AOVs go there? Only .exr has them in the picture's file. */
 int output_check_aovs(const output *out, const char *list);
 /* Do the film's AOVs lie beside `path`, in files of their own? */

@@ -174,6 +174,7 @@ static int run_job(job *j, bool whole) {
     if (code == EXIT_DONE) code = stage_prepare(&j->stage);
     report_mute(false);
     if (code == EXIT_DONE && !early) code = plan(j, whole);
+    if (code == EXIT_DONE) code = output_check_size(&j->output, &j->stage.desc);
     if (code == EXIT_DONE) code = output_check_aovs(&j->output, j->stage.desc.aov);
     j->build = progress_seconds() - j->load;
     if (code == EXIT_DONE) code = render_and_write(j);

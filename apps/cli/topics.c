@@ -470,6 +470,7 @@ const help_topic *help_find_topic(const char *word) {
 static const struct {
     const char *pages[2], *words;
 } synonyms[] = {
+    {{"formats"}, "jpg|jpeg|webp|apng|y4m|video|turntable"},
     {{"dielectric"}, "glass|water|ice|crystal|diamond|liquid|transparent|refraction"},
     {{"conductor"}, "metal|metallic|gold|silver|copper|chrome|aluminium|aluminum|steel|brass"},
     {{"lambert"}, "matte|diffuse|chalk|plaster"},

@@ -725,15 +725,16 @@ typedef struct snell_picture_format_info {
     size_t struct_size;                           /* set by the caller */
     const char *name, *extension, *extension_too; /* "jpg", ".jpg", ".jpeg" or "" */
     const char *help;
-    bool picture;     /* of one picture */
-    bool animation;   /* of several, for snell_movie_create */
-    bool stream;      /* the animation's bytes come in order, as for a pipe */
-    bool built;       /* this library writes it */
-    bool linear;      /* floats: neither white balance, exposure nor tone map */
-    bool layers;      /* AOVs go into the same file */
-    bool tag;         /* has a place for the tag */
-    bool quality;     /* has a quality */
-    uint32_t bits[2]; /* of a channel: usually, and by choice, else 0 */
+    bool picture;      /* of one picture */
+    bool animation;    /* of several, for snell_movie_create */
+    bool stream;       /* the animation's bytes come in order, as for a pipe */
+    bool built;        /* this library writes it */
+    bool linear;       /* floats: neither white balance, exposure nor tone map */
+    bool layers;       /* AOVs go into the same file */
+    bool tag;          /* has a place for the tag */
+    bool quality;      /* has a quality */
+    uint32_t side_max; /* pixels each way; 0: what a film can have */
+    uint32_t bits[2];  /* of a channel: usually, and by choice, else 0 */
 } snell_picture_format_info;
 SNELL_API bool snell_picture_format(uint32_t index, snell_picture_format_info *out);
 

@@ -180,6 +180,7 @@ bool snell_picture_format(uint32_t index, snell_picture_format_info *out) {
         .layers = codec && codec->has_layers,
         .tag = codec ? codec->has_tag : moving->has_tag,
         .quality = kind->has_quality,
+        .side_max = kind->side_max,
         .bits = {kind->bits, kind->bits_other}};
     return true;
 }

@@ -88,6 +88,10 @@ snell_status image_encode(const image_codec *codec, const image_pixels *pixels,
     if (pixels->data == NULL || pixels->width == 0 || pixels->height == 0 ||
         (pixels->channels != 3 && pixels->channels != 4))
         return error_set(SNELL_ERR_STATE, "render first", "there is no picture to write");
+    if (codec->side_max && (pixels->width > codec->side_max || pixels->height > codec->side_max))
+        return error_set(SNELL_ERR_UNSUPPORTED, "write .png",
+                         "a %s file has at most %u pixels a side", codec->extension,
+                         codec->side_max);
     image_buffer buffer = {0};
     snell_status status = image_options_check(codec, codec->extension, &plain);
     if (!status) status = codec->encode(pixels, &plain, &buffer);

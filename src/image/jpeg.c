@@ -12,7 +12,7 @@ enum { MARK_LENGTH = sizeof mark - 1, COMMENT_MAX = 65533 - MARK_LENGTH };
 #if SNELL_HAS_JPEG
 #include <turbojpeg.h>
 
-enum { SIDE_MAX = 65500, FULL_COLOR_QUALITY = 90 };
+enum { FULL_COLOR_QUALITY = 90 };
 
 static bool write_tag(const char *tag, image_buffer *out) {
     for (size_t left = strlen(tag); left > 0;) {
@@ -36,9 +36,6 @@ static bool add_tagged(const uint8_t *file, size_t size, const char *tag, image_
 
 static snell_status encode(const image_pixels *pixels, const image_options *options,
                            image_buffer *out) {
-    if (pixels->width > SIDE_MAX || pixels->height > SIDE_MAX)
-        return error_set(SNELL_ERR_UNSUPPORTED, "write .png", "a JPEG has at most %d pixels a side",
-                         SIDE_MAX);
     uint8_t *rgb = memory_resize(NULL, (size_t)pixels->width * pixels->height, 3), *file = NULL;
     tjhandle jpeg = tjInitCompress();
     unsigned long size = 0;
@@ -109,6 +106,7 @@ const image_codec image_codec_jpeg = {
     .help = "8 bits, sRGB, tone-mapped; without alpha",
     .has_tag = true,
     .has_quality = true,
+    .side_max = 65500,
     .bits = 8,
 #if SNELL_HAS_JPEG
     .encode = encode,

@@ -10,6 +10,10 @@ extern const image_codec image_codec_webp;
 enum { NO_BLENDING = 2 };
 
 static snell_status begin(movie_state *m, image_buffer *out) {
+    uint32_t most = image_codec_webp.side_max;
+    if (m->width > most || m->height > most)
+        return error_set(SNELL_ERR_UNSUPPORTED, "write .apng",
+                         "a WebP has at most %u pixels a side", most);
     const uint8_t animation[6] = {0}; /* transparent behind; 0: played for ever */
     image_pixels size = {.width = m->width, .height = m->height};
     bool tagged = m->options.tag[0] != '\0';

@@ -97,9 +97,6 @@ static bool import(const image_pixels *pixels, const image_options *options, Web
 
 snell_status webp_frame(const image_pixels *pixels, const image_options *options,
                         image_buffer *out) {
-    if (pixels->width > WEBP_MAX_DIMENSION || pixels->height > WEBP_MAX_DIMENSION)
-        return error_set(SNELL_ERR_UNSUPPORTED, "write .png", "a WebP has at most %d pixels a side",
-                         WEBP_MAX_DIMENSION);
     WebPConfig config;
     WebPPicture picture;
     if (!WebPConfigInit(&config) || !WebPPictureInit(&picture))
@@ -225,6 +222,7 @@ const image_codec image_codec_webp = {
     .help = "8 bits, sRGB, tone-mapped; with alpha",
     .has_tag = true,
     .has_quality = true,
+    .side_max = 16383,
     .bits = 8,
 #if SNELL_HAS_WEBP
     .encode = encode,
