@@ -50,7 +50,14 @@ camera { from = {0, 0, 5}, at = {0, 0, 0} }
 light.directional { direction = {-1, -2, -1}, irradiance = 3 }
 sphere { center = {time * 4 - 1, 0, 0}, radius = 0.5 }
 END
-printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n' >tetra.obj
+cat >tetra.gltf <<'END'
+{"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+ "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+ "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+  {"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}],
+ "bufferViews": [{"buffer": 0, "byteOffset": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+ "buffers": [{"byteLength": 72, "uri": "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/AAACAAEAAAABAAMAAAADAAIAAQACAAMA"}]}
+END
 small=(-s 40x30 -n 1)
 
 formats() {
@@ -245,31 +252,31 @@ stopping() {
 }
 
 turntables() {
-    run 0 tetra.obj "${small[@]}" --turntable 4 -o t.apng
+    run 0 tetra.gltf "${small[@]}" --turntable 4 -o t.apng
     grep -c added err | grep -qx 1 || fail "what was added is not said once"
     run 0 info t.apng
     prints "--turntable=4 --fps=24 -o t.apng"
     run 0 explain t.apng 20 15 --frame 4
-    run 0 tetra.obj "${small[@]}" --turntable 4 # numbered
+    run 0 tetra.gltf "${small[@]}" --turntable 4 # numbered
     exists tetra.0001.png tetra.0004.png
     absent tetra.0005.png
     run 0 info tetra.0003.png
     prints "--frame=3"
     prints "--turntable=4"
-    run 0 tetra.obj "${small[@]}" --turntable 4 --frame 3 -o third.png
+    run 0 tetra.gltf "${small[@]}" --turntable 4 --frame 3 -o third.png
     run 0 compare third.png tetra.0003.png
-    run 0 tetra.obj "${small[@]}" -o still.png
+    run 0 tetra.gltf "${small[@]}" -o still.png
     run 0 compare still.png tetra.0001.png # a turn begins where the picture is
-    run 0 tetra.obj "${small[@]}" --turntable 36 --frame 10 --view 20,10 -o a.png
-    run 0 tetra.obj "${small[@]}" --view 110,10 -o b.png # 90 degrees on
+    run 0 tetra.gltf "${small[@]}" --turntable 36 --frame 10 --view 20,10 -o a.png
+    run 0 tetra.gltf "${small[@]}" --view 110,10 -o b.png # 90 degrees on
     run 0 compare a.png b.png --max-rmse 0.02
     run 1 compare still.png tetra.0002.png
     run 0 my.lua "${small[@]}" --turntable 5 --frame 2 -o own.png # the file's own camera turns too
     run 0 my.lua "${small[@]}" -o own1.png
     run 1 compare own.png own1.png
-    wrong "--turntable: its frames are 1 to 4, 5 is none" "" tetra.obj --turntable 4 --frame 5
-    wrong "--turntable: '0' is not" "" tetra.obj --turntable 0
-    wrong "--turntable makes several pictures" "y4m" tetra.obj --turntable 3 -o -
+    wrong "--turntable: its frames are 1 to 4, 5 is none" "" tetra.gltf --turntable 4 --frame 5
+    wrong "--turntable: '0' is not" "" tetra.gltf --turntable 0
+    wrong "--turntable makes several pictures" "y4m" tetra.gltf --turntable 3 -o -
 }
 
 cameras() {
@@ -282,7 +289,7 @@ cameras() {
     run 0 compare s.png my.side_top.png
     run 0 info my.side_top.png
     prints "--camera=side/top"
-    run 0 tetra.obj "${small[@]}" --camera all -o '{name}-{camera}.png' # none of its own
+    run 0 tetra.gltf "${small[@]}" --camera all -o '{name}-{camera}.png' # none of its own
     exists tetra-camera.png
     wrong "-o: '{camera}' means nothing" "{name}" my.lua -o '{camera}.png'
     wrong "--camera all makes several pictures" "{camera}.png" my.lua --camera all -o -
@@ -290,19 +297,19 @@ cameras() {
 
 folders() {
     mkdir -p models/inner out.d
-    cp my.lua tetra.obj models
-    cp tetra.obj models/my.obj
-    cp tetra.obj models/inner/deep.obj
+    cp my.lua tetra.gltf models
+    cp tetra.gltf models/my.gltf
+    cp tetra.gltf models/inner/deep.gltf
     echo broken >models/broken.glb
-    touch models/wood.jpg models/a.mtl models/.hidden.obj
+    touch models/wood.jpg models/a.mtl models/.hidden.gltf
     run 1 render models "${small[@]}" -o 'out.d/{name}.png'
-    exists out.d/my.lua.png out.d/my.obj.png out.d/tetra.png
+    exists out.d/my.lua.png out.d/my.gltf.png out.d/tetra.png
     absent out.d/my.png out.d/deep.png out.d/broken.png
     says "1 of 4 files failed"
     says "2 other files in the folder left alone"
     says "models/broken.glb"
-    cp tetra.obj pyramid.obj
-    run 1 render models/ pyramid.obj "${small[@]}" -o 'out.d/{name}.png' --json
+    cp tetra.gltf pyramid.gltf
+    run 1 render models/ pyramid.gltf "${small[@]}" -o 'out.d/{name}.png' --json
     prints '"failed": 1'
     prints '"others": 2'
     rm models/broken.glb
@@ -315,7 +322,7 @@ folders() {
 
 for test in formats looks animations stopping turntables cameras folders; do
     mkdir -p "$work/$test"
-    cp my.lua anim.lua tetra.obj "$work/$test"
+    cp my.lua anim.lua tetra.gltf "$work/$test"
     cd "$work/$test" && { $test; cd "$work"; }
     echo "ok: $test"
 done

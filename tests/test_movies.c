@@ -92,12 +92,6 @@ static uint32_t big(const uint8_t *p) {
     return (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3];
 }
 
-static uint32_t little(const uint8_t *p, int bytes_of) {
-    uint32_t value = 0;
-    for (int i = bytes_of; i > 0; i--) value = value << 8 | p[i - 1];
-    return value;
-}
-
 /* ---- APNG ---- */
 
 static void add(bytes *b, const void *data, size_t size) {
@@ -203,6 +197,12 @@ static void apng_holds_its_frames(void **state) {
 
 #if SNELL_HAS_WEBP
 #include <webp/decode.h>
+
+static uint32_t little(const uint8_t *p, int bytes_of) {
+    uint32_t value = 0;
+    for (int i = bytes_of; i > 0; i--) value = value << 8 | p[i - 1];
+    return value;
+}
 
 static void check_webp(const bytes *b, uint32_t channels, int frames) {
     int found = 0;
