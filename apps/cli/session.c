@@ -218,14 +218,14 @@ static int spool_text(session *s, const char *name, const unsigned char *text, s
     return code;
 }
 
-/* -D is for scene programs; with several files it may be meant for some of them, but a value that
+/* -D is for scene programs and animated models; with several files it may be meant for some of them, but a value that
  * does nothing is a mistake all the same. */
 static int check_takes_values(const snell_scene *scene, const char *path) {
     snell_scene_stats stats = {.struct_size = sizeof stats};
     snell_status status = snell_scene_get_stats(scene, &stats);
     if (status != SNELL_OK) return report_status(status, path);
-    if (strcmp(stats.format, "lua") == 0) return EXIT_DONE;
-    return report_usage("only scene programs do: 'snell help param'", "%s takes no values (-D)",
+    if (strcmp(stats.format, "lua") == 0 || stats.param_count > 0) return EXIT_DONE;
+    return report_usage("only scene programs and animated models do: 'snell help param'", "%s takes no values (-D)",
                         path);
 }
 
@@ -235,7 +235,8 @@ static int check_has_frames(const snell_scene *scene, const char *path) {
     snell_status status = snell_scene_get_animation(scene, &clock);
     if (status != SNELL_OK) return report_status(status, path);
     if (clock.frame_count > 0) return EXIT_DONE;
-    return report_usage("only a scene program with animation{} has: 'snell help animation'",
+    return report_usage("scene programs with animation{} and animated models have: 'snell help "
+                        "animation'",
                         "%s has no frames", path);
 }
 

@@ -200,11 +200,18 @@ static snell_status check_extensions(gltf *g) {
     return SNELL_OK;
 }
 
-static snell_status warn_of_animations(gltf *g) {
-    size_t count = json_count(g, "animations");
-    if (count == 0) return SNELL_OK;
-    return gltf_warn(g, "%zu animation%s: the model is shown at rest", count,
-                     count == 1 ? "" : "s");
+/* The scene that is not shown, for those who look for it. */
+static snell_status warn_of_scenes(gltf *g) {
+    size_t count = json_count(g, "scenes"), shown = json_index(g->root, "scene", 0), used = 0;
+    char list[300] = "";
+    if (count < 2) return SNELL_OK;
+    for (size_t i = 0; i < count && used + 80 < sizeof list; i++) {
+        const char *name = json_text(json_item(g, "scenes", i), "name");
+        if (i == shown) continue;
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%zu%s%.40s", used ? ", " : "", i,
+                                 name ? " " : "", name ? name : "");
+    }
+    return gltf_warn(g, "scene %zu of %zu is shown; not shown: %s", shown, count, list);
 }
 
 /* ---- the importer ---- */
@@ -230,6 +237,7 @@ static void clean_up(gltf *g) {
     for (size_t i = 0; g->images && i < json_count(g, "images"); i++)
         free(g->images[i].image.pixels);
     for (size_t i = 0; g->meshes && i < json_count(g, "meshes"); i++) free(g->meshes[i].shapes);
+    gltf_free_animation(g);
     free(g->buffers);
     free(g->images);
     free(g->meshes);
@@ -273,8 +281,9 @@ static snell_status run(gltf *g) {
     if (!status) status = gltf_check_views(g);
     if (!status) status = gltf_check_meaning(g);
     if (!status) status = prepare(g);
+    if (!status) status = gltf_choose_animation(g);
     if (!status) status = gltf_read_scene(g);
-    if (!status) status = warn_of_animations(g);
+    if (!status) status = warn_of_scenes(g);
     if (!status) status = gltf_check_unused_buffers(g);
     return status;
 }

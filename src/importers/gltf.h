@@ -6,6 +6,7 @@
  *     gltf_buffers.c    buffers, views, accessors, images' bytes
  *     gltf_materials.c  textures and materials
  *     gltf_meshes.c     primitives, morph targets, skins
+ *     gltf_animation.c  the animation that was asked for, its clock and its tracks
  *     gltf_nodes.c      the node tree: instances, cameras, lights
  *
  * After gltf_check_schema the JSON's types can be relied on, so that the rest reads values without
@@ -51,9 +52,24 @@ typedef struct dmat { /* 3x4, row-major, acts on column vectors */
     double m[3][4];
 } dmat;
 
+/* What an animation does to one property of a node. */
+enum { TRACK_TRANSLATION, TRACK_ROTATION, TRACK_SCALE, TRACK_WEIGHTS, TRACK_KINDS };
+enum { INTERPOLATE_STEP, INTERPOLATE_LINEAR, INTERPOLATE_CUBIC };
+typedef struct gltf_track {
+    int interpolation;
+    float *times, *values; /* owned; count keys; values: as the accessor has them */
+    size_t count, width;   /* at least one; numbers of a value */
+} gltf_track;
+
+/* The moments at which what moves is written down, from a frame before the frame's own time, which is
+ * number CLOCK_NOW, to a frame after. Meshes that deform have every CLOCK_STRIDE-th. */
+enum { CLOCK_NOW = 16, CLOCK_TIMES = 2 * CLOCK_NOW + 1, CLOCK_STRIDE = 4 };
+
 typedef struct gltf_node {
-    size_t parent; /* SIZE_MAX: a root */
-    dmat world;
+    size_t parent;                   /* SIZE_MAX: a root */
+    dmat world;                      /* at rest, or at the frame's own time */
+    gltf_track *tracks[TRACK_KINDS]; /* owned; NULL: as the node says */
+    dmat *worlds;                    /* owned; at each of the clock's times; NULL: it stands still */
 } gltf_node;
 
 typedef struct gltf {
@@ -75,6 +91,9 @@ typedef struct gltf {
     mesh_entry *meshes;
     gltf_node *nodes;
     size_t instance_count;
+    bool posed; /* an animation moves it: tracks and times are set */
+    float times[CLOCK_TIMES];
+    double duration; /* of the animation, seconds */
     bool uv_sets_warned;
     name_set names;
 } gltf;
@@ -142,8 +161,21 @@ bool gltf_material_has_alpha(const gltf *g, size_t index);
 snell_status gltf_mesh_shapes(gltf *g, size_t node, const uint32_t **shapes, bool *own,
                               bool *in_world);
 
+/* ---- animation ---- */
+snell_status gltf_check_animation(gltf *g, size_t index);
+/* Reads the tracks of the animation that the options ask for, if they ask for any, and adds the clock
+ * to the description; times that it shows are g->times. */
+snell_status gltf_choose_animation(gltf *g);
+/* The track's value, t->width numbers, at a time in seconds. */
+void gltf_track_at(const gltf_track *t, int kind, double time, double *out);
+void gltf_free_animation(gltf *g);
+
 /* ---- nodes ---- */
 snell_status gltf_read_scene(gltf *g);
+/* At the clock's time number i. */
+static inline const dmat *gltf_world_at(const gltf_node *node, int i) {
+    return node->worlds ? &node->worlds[i] : &node->world;
+}
 dmat dmat_multiply(const dmat *a, const dmat *b);
 dvec3 dmat_point(const dmat *a, dvec3 p);
 dvec3 dmat_vector(const dmat *a, dvec3 v);

@@ -170,5 +170,7 @@ snell_status gltf_check_meaning(gltf *g) {
     for (size_t i = 0; i < json_count(g, "meshes") && !status; i++) status = check_mesh(g, i);
     for (size_t i = 0; i < json_count(g, "nodes") && !status; i++) status = check_node(g, i);
     for (size_t i = 0; i < json_count(g, "skins") && !status; i++) status = check_skin(g, i);
+    for (size_t i = 0; i < json_count(g, "animations") && !status; i++)
+        status = gltf_check_animation(g, i);
     return status ? status : walk_extensions(g, g->root);
 }

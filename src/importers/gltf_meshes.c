@@ -19,21 +19,24 @@ enum {
     MODE_FAN
 };
 
-/* What one node adds to the mesh it draws. */
+/* What one node adds to the mesh it draws, at one time after the other. */
 typedef struct pose {
-    const double *weights; /* of the morph targets */
+    double *weights; /* of the morph targets, weight_count for each time */
     size_t weight_count;
-    dmat *joints; /* joint_count matrices from the mesh to the world; NULL: no skin */
+    dmat *joints; /* joint_count matrices from the mesh to the world for each time; NULL: no skin */
     size_t joint_count;
+    float times[CLOCK_TIMES];
+    size_t time_count; /* 1: it does not deform */
 } pose;
 
-/* A primitive while it is built; every array is owned and has `count` entries. */
+/* A primitive while it is built; every array is owned. positions and normals have `count` entries for
+ * each of the pose's times, the others `count`. */
 typedef struct builder {
     gltf *g;
     const json_t *primitive;
     const pose *pose;
     char where[96]; /* "meshes[1].primitives[0]" */
-    size_t count, index_count;
+    size_t count, index_count, time_count;
     float *positions, *normals, *uvs;
     snell_vec3 *colors;
     uint8_t *alphas;
@@ -105,27 +108,39 @@ static snell_status read_uvs(builder *b, const json_t *map, unsigned set) {
 
 /* ---- morph targets: base + sum of weight * displacement ---- */
 
-static snell_status add_target(builder *b, size_t target, const char *name, float *base,
-                               double weight) {
+static double weight_at(const builder *b, size_t time, size_t target) {
+    return b->pose->weights[time * b->pose->weight_count + target];
+}
+
+static snell_status add_target(builder *b, size_t target, const char *name, float *base) {
     const json_t *map = json_array_get(json_at(b->primitive, "targets"), target);
     char list[32];
     snprintf(list, sizeof list, "targets[%zu]", target);
     float *moves = NULL;
     snell_status status = read_attribute(b, map, list, name, 3, &moves);
-    for (size_t i = 0; moves && i < 3 * b->count; i++)
-        base[i] = (float)((double)base[i] + weight * (double)moves[i]);
+    for (size_t k = 0; moves && k < b->time_count; k++) {
+        double weight = weight_at(b, k, target);
+        float *at = base + 3 * b->count * k;
+        for (size_t i = 0; weight != 0 && i < 3 * b->count; i++)
+            at[i] = (float)((double)at[i] + weight * (double)moves[i]);
+    }
     free(moves);
     return status;
+}
+
+static bool is_used(const builder *b, size_t target) {
+    for (size_t k = 0; k < b->time_count; k++)
+        if (weight_at(b, k, target) != 0) return true;
+    return false;
 }
 
 static snell_status morph(builder *b) {
     size_t targets = json_array_size(json_at(b->primitive, "targets"));
     snell_status status = SNELL_OK;
     for (size_t i = 0; i < targets && i < b->pose->weight_count && !status; i++) {
-        double weight = b->pose->weights[i];
-        if (weight == 0) continue;
-        status = add_target(b, i, "POSITION", b->positions, weight);
-        if (!status && b->normals) status = add_target(b, i, "NORMAL", b->normals, weight);
+        if (!is_used(b, i)) continue;
+        status = add_target(b, i, "POSITION", b->positions);
+        if (!status && b->normals) status = add_target(b, i, "NORMAL", b->normals);
     }
     return status;
 }
@@ -152,20 +167,22 @@ typedef struct influence {
 
 enum { INFLUENCE_SETS_MAX = 4 };
 
-static void skin_vertex(builder *b, const influence *sets, int set_count, size_t i) {
+static void skin_vertex(builder *b, const influence *sets, int set_count, size_t time, size_t i) {
+    const dmat *joints = b->pose->joints + time * b->pose->joint_count;
+    size_t at = time * b->count + i;
     dmat sum = {{{0}}};
     double total = 0;
     for (int s = 0; s < set_count; s++)
         for (int k = 0; k < 4; k++) {
             double w = (double)sets[s].weights[4 * i + (size_t)k];
-            const dmat *joint = &b->pose->joints[sets[s].joints[4 * i + (size_t)k]];
+            const dmat *joint = &joints[sets[s].joints[4 * i + (size_t)k]];
             total += w;
             for (int e = 0; w != 0 && e < 12; e++) (&sum.m[0][0])[e] += w * (&joint->m[0][0])[e];
         }
     if (!(total > 0)) return;
     for (int e = 0; e < 12; e++) (&sum.m[0][0])[e] /= total;
-    store3(b->positions + 3 * i, dmat_point(&sum, load3(b->positions + 3 * i)));
-    if (b->normals) store3(b->normals + 3 * i, turn_normal(&sum, load3(b->normals + 3 * i)));
+    store3(b->positions + 3 * at, dmat_point(&sum, load3(b->positions + 3 * at)));
+    if (b->normals) store3(b->normals + 3 * at, turn_normal(&sum, load3(b->normals + 3 * at)));
 }
 
 static snell_status read_influence(builder *b, const json_t *map, int set, influence *out) {
@@ -201,7 +218,8 @@ static snell_status apply_skin(builder *b, const json_t *map) {
         count++;
         snprintf(name, sizeof name, "JOINTS_%d", count);
     }
-    for (size_t i = 0; !status && count > 0 && i < b->count; i++) skin_vertex(b, sets, count, i);
+    for (size_t k = 0; !status && count > 0 && k < b->time_count; k++)
+        for (size_t i = 0; i < b->count; i++) skin_vertex(b, sets, count, k, i);
     for (int s = 0; s < count; s++) {
         free(sets[s].joints);
         free(sets[s].weights);
@@ -262,6 +280,30 @@ static snell_status read_triangles(builder *b) {
 
 /* ---- one primitive ---- */
 
+/* The same three floats per vertex again for every other time. */
+static snell_status repeat(builder *b, float **values) {
+    size_t size = 3 * b->count;
+    if (*values == NULL || b->time_count == 1) return SNELL_OK;
+    snell_status status = gltf_spend(b->g, b->where, (uint64_t)size * b->time_count * 4);
+    if (status) return status;
+    float *all = memory_resize(*values, size * b->time_count, sizeof *all);
+    if (all == NULL) return error_no_memory();
+    for (size_t k = 1; k < b->time_count; k++) memcpy(all + k * size, all, size * sizeof *all);
+    *values = all;
+    return SNELL_OK;
+}
+
+/* A mesh that is the same at all times need not be kept for each. */
+static void drop_still_times(builder *b) {
+    size_t size = 3 * b->count * sizeof(float);
+    for (size_t k = 1; k < b->time_count; k++) {
+        const float *p = b->positions, *n = b->normals;
+        if (memcmp(p, p + 3 * b->count * k, size) != 0) return;
+        if (n && memcmp(n, n + 3 * b->count * k, size) != 0) return;
+    }
+    b->time_count = 1;
+}
+
 static snell_status read_vertices(builder *b) {
     const json_t *map = json_at(b->primitive, "attributes");
     size_t material = json_index(b->primitive, "material", SIZE_MAX);
@@ -269,8 +311,11 @@ static snell_status read_vertices(builder *b) {
     if (!status) status = read_attribute(b, map, "attributes", "NORMAL", 3, &b->normals);
     if (!status) status = read_uvs(b, map, gltf_material_uv_set(b->g, material));
     if (!status) status = read_colors(b, map, gltf_material_has_alpha(b->g, material));
+    if (!status) status = repeat(b, &b->positions);
+    if (!status) status = repeat(b, &b->normals);
     if (!status) status = morph(b);
     if (!status && b->pose->joints) status = apply_skin(b, map);
+    if (!status) drop_still_times(b);
     return status;
 }
 
@@ -280,11 +325,13 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
     if (status) return status;
     mesh_desc desc = {.struct_size = sizeof desc,
                       .positions = (const snell_vec3 *)b->positions,
-                      .positions_count = b->count,
+                      .positions_count = b->count * b->time_count,
                       .indices = b->indices,
                       .indices_count = b->index_count,
                       .normals = (const snell_vec3 *)b->normals,
-                      .normals_count = b->normals ? b->count : 0,
+                      .normals_count = b->normals ? b->count * b->time_count : 0,
+                      .key_times = b->pose->times,
+                      .key_times_count = b->time_count > 1 ? b->time_count : 0,
                       .uvs = (const snell_vec2 *)b->uvs,
                       .uvs_count = b->uvs ? b->count : 0,
                       .colors = b->colors,
@@ -307,8 +354,10 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
 static snell_status build_primitive(gltf *g, size_t mesh, size_t index, const pose *p,
                                     uint32_t *shape) {
     const json_t *mesh_json = json_item(g, "meshes", mesh);
-    builder b = {
-        .g = g, .primitive = json_array_get(json_at(mesh_json, "primitives"), index), .pose = p};
+    builder b = {.g = g,
+                 .primitive = json_array_get(json_at(mesh_json, "primitives"), index),
+                 .pose = p,
+                 .time_count = p->time_count};
     snprintf(b.where, sizeof b.where, "meshes[%zu].primitives[%zu]", mesh, index);
     if (json_index(b.primitive, "mode", MODE_TRIANGLES) < MODE_TRIANGLES)
         return gltf_warn(g, "points and lines are not drawn");
@@ -326,39 +375,70 @@ static snell_status build_primitive(gltf *g, size_t mesh, size_t index, const po
 
 /* ---- what a node draws ---- */
 
-static snell_status read_joints(gltf *g, size_t skin_index, pose *p) {
-    const json_t *skin = json_item(g, "skins", skin_index), *joints = json_at(skin, "joints");
-    size_t count = json_array_size(joints),
-           accessor = json_index(skin, "inverseBindMatrices", SIZE_MAX);
+/* The bind matrices, or NULL where the skin has none. */
+static snell_status read_bind_matrices(gltf *g, size_t skin, size_t count, float **out) {
+    size_t accessor = json_index(json_item(g, "skins", skin), "inverseBindMatrices", SIZE_MAX);
     char where[JSON_PATH_SIZE];
-    snprintf(where, sizeof where, "skins[%zu].inverseBindMatrices", skin_index);
-    float *inverse = NULL;
-    if (accessor != SIZE_MAX) {
-        if (gltf_accessor_count(g, accessor) < count)
-            return gltf_error(g, SNELL_ERR_SYNTAX, where, "has fewer matrices than joints");
-        snell_status status = gltf_accessor_floats(g, accessor, 16, where, &inverse);
-        if (status) return status;
-    }
-    p->joints = memory_zeroed(count + 1, sizeof *p->joints);
-    p->joint_count = count;
-    for (size_t i = 0; p->joints && i < count; i++) {
-        p->joints[i] = g->nodes[(size_t)json_number_value(json_array_get(joints, i))].world;
-        if (inverse == NULL) continue;
-        double columns[16];
-        for (size_t k = 0; k < 16; k++) columns[k] = (double)inverse[16 * i + k];
-        dmat bind = dmat_from_columns(columns);
-        p->joints[i] = dmat_multiply(&p->joints[i], &bind);
-    }
-    free(inverse);
-    return p->joints ? SNELL_OK : error_no_memory();
+    snprintf(where, sizeof where, "skins[%zu].inverseBindMatrices", skin);
+    if (accessor == SIZE_MAX) return SNELL_OK;
+    if (gltf_accessor_count(g, accessor) < count)
+        return gltf_error(g, SNELL_ERR_SYNTAX, where, "has fewer matrices than joints");
+    return gltf_accessor_floats(g, accessor, 16, where, out);
 }
 
-static double *read_weights(const json_t *list, size_t *count) {
-    *count = json_array_size(list);
-    double *weights = memory_zeroed(*count + 1, sizeof *weights);
-    for (size_t i = 0; weights && i < *count; i++)
-        weights[i] = json_number_value(json_array_get(list, i));
-    return weights;
+/* The clock's time that the pose's time number k is; of a still one the frame's own. */
+static int clock_index(const pose *p, size_t k) {
+    return p->time_count > 1 ? (int)k * CLOCK_STRIDE : CLOCK_NOW;
+}
+
+static snell_status read_joints(gltf *g, size_t skin, pose *p) {
+    const json_t *joints = json_at(json_item(g, "skins", skin), "joints");
+    size_t count = json_array_size(joints);
+    float *inverse = NULL;
+    snell_status status = read_bind_matrices(g, skin, count, &inverse);
+    if (!status) status = gltf_spend(g, "skins", count * p->time_count * sizeof *p->joints);
+    if (!status) p->joints = memory_zeroed(count * p->time_count + 1, sizeof *p->joints);
+    if (!status && p->joints == NULL) status = error_no_memory();
+    p->joint_count = count;
+    for (size_t i = 0; !status && i < count; i++) {
+        const gltf_node *node = &g->nodes[(size_t)json_number_value(json_array_get(joints, i))];
+        dmat bind = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+        double columns[16];
+        for (size_t k = 0; inverse && k < 16; k++) columns[k] = (double)inverse[16 * i + k];
+        if (inverse) bind = dmat_from_columns(columns);
+        for (size_t k = 0; k < p->time_count; k++) {
+            dmat *joint = &p->joints[k * count + i];
+            *joint = *gltf_world_at(node, clock_index(p, k));
+            if (inverse) *joint = dmat_multiply(joint, &bind);
+        }
+    }
+    free(inverse);
+    return status;
+}
+
+/* Of the node, else of the mesh; an animation's at each of its times. */
+static snell_status read_weights(gltf *g, const gltf_node *node, const json_t *list, pose *p) {
+    const gltf_track *t = node->tracks[TRACK_WEIGHTS];
+    size_t count = t ? t->width : json_array_size(list);
+    snell_status status = gltf_spend(g, "weights", count * p->time_count * sizeof *p->weights);
+    if (status) return status;
+    p->weights = memory_zeroed(count * p->time_count + 1, sizeof *p->weights);
+    if (p->weights == NULL) return error_no_memory();
+    p->weight_count = count;
+    for (size_t k = 0; k < p->time_count; k++) {
+        double *at = p->weights + k * count;
+        if (t) gltf_track_at(t, TRACK_WEIGHTS, (double)g->times[clock_index(p, k)], at);
+        for (size_t i = 0; t == NULL && i < count; i++)
+            at[i] = json_number_value(json_array_get(list, i));
+    }
+    return SNELL_OK;
+}
+
+static bool skin_moves(const gltf *g, size_t skin) {
+    const json_t *joints = json_at(json_item(g, "skins", skin), "joints");
+    for (size_t i = 0; i < json_array_size(joints); i++)
+        if (g->nodes[(size_t)json_number_value(json_array_get(joints, i))].worlds) return true;
+    return false;
 }
 
 static snell_status build_all(gltf *g, size_t mesh, const pose *p, size_t count, uint32_t **out) {
@@ -375,29 +455,31 @@ static snell_status build_all(gltf *g, size_t mesh, const pose *p, size_t count,
     return status;
 }
 
-snell_status gltf_mesh_shapes(gltf *g, size_t node, const uint32_t **shapes, bool *own,
+snell_status gltf_mesh_shapes(gltf *g, size_t index, const uint32_t **shapes, bool *own,
                               bool *in_world) {
-    const json_t *node_json = json_item(g, "nodes", node);
+    const json_t *node_json = json_item(g, "nodes", index);
+    const gltf_node *node = &g->nodes[index];
     size_t mesh = json_index(node_json, "mesh", 0), skin = json_index(node_json, "skin", SIZE_MAX);
     const json_t *mesh_json = json_item(g, "meshes", mesh),
                  *weights = json_at(node_json, "weights");
     mesh_entry *entry = &g->meshes[mesh];
     *in_world = skin != SIZE_MAX;
-    *own = *in_world || weights != NULL;
+    *own = *in_world || weights != NULL || node->tracks[TRACK_WEIGHTS] != NULL;
     *shapes = entry->shapes;
     if (!*own && entry->shapes) return SNELL_OK;
-    pose p = {0};
-    double *values =
-        read_weights(weights ? weights : json_at(mesh_json, "weights"), &p.weight_count);
-    if (values == NULL) return error_no_memory();
-    p.weights = values;
-    snell_status status = *in_world ? read_joints(g, skin, &p) : SNELL_OK;
+    pose p = {.time_count = 1};
+    if (node->tracks[TRACK_WEIGHTS] || (*in_world && skin_moves(g, skin)))
+        p.time_count = (CLOCK_TIMES - 1) / CLOCK_STRIDE + 1;
+    for (size_t k = 0; k < p.time_count; k++) p.times[k] = g->times[clock_index(&p, k)];
+    snell_status status =
+        read_weights(g, node, weights ? weights : json_at(mesh_json, "weights"), &p);
+    if (!status && *in_world) status = read_joints(g, skin, &p);
     uint32_t *made = NULL;
     size_t count = json_array_size(json_at(mesh_json, "primitives"));
     if (!status) status = build_all(g, mesh, &p, count, &made);
     if (!status && !*own) entry->shapes = made, entry->count = count;
     *shapes = made;
     free(p.joints);
-    free(values);
+    free(p.weights);
     return status;
 }

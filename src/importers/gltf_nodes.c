@@ -78,22 +78,31 @@ static dmat from_trs(const double *t, const double *q, const double *s) {
                     (1 - 2 * (x * x + y * y)) * s[2], t[2]}}};
 }
 
-static snell_status node_local(gltf *g, size_t index, dmat *out) {
-    const json_t *node = json_item(g, "nodes", index);
-    double t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1}, m[16];
-    if (json_at(node, "matrix")) {
-        json_numbers(node, "matrix", m, 16);
-        *out = dmat_from_columns(m);
-        return SNELL_OK;
-    }
-    json_numbers(node, "translation", t, 3);
-    json_numbers(node, "rotation", q, 4);
-    json_numbers(node, "scale", s, 3);
-    *out = from_trs(t, q, s);
+static snell_status check_rotation(gltf *g, size_t index) {
+    double q[4] = {0, 0, 0, 1};
+    json_numbers(json_item(g, "nodes", index), "rotation", q, 4);
     double squared = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
     if (fabs(squared - 1) > 0.01)
         return gltf_warn(g, "nodes[%zu].rotation: is no unit quaternion", index);
     return SNELL_OK;
+}
+
+/* As the node says, but for what an animation says of this time. */
+static dmat node_local(const gltf *g, size_t index, double time) {
+    const json_t *node = json_item(g, "nodes", index);
+    gltf_track *const *tracks = g->nodes[index].tracks;
+    double t[3] = {0, 0, 0}, q[4] = {0, 0, 0, 1}, s[3] = {1, 1, 1}, m[16];
+    if (json_at(node, "matrix")) {
+        json_numbers(node, "matrix", m, 16);
+        return dmat_from_columns(m);
+    }
+    json_numbers(node, "translation", t, 3);
+    json_numbers(node, "rotation", q, 4);
+    json_numbers(node, "scale", s, 3);
+    double *parts[] = {t, q, s};
+    for (int k = TRACK_TRANSLATION; k <= TRACK_SCALE; k++)
+        if (tracks[k]) gltf_track_at(tracks[k], k, time, parts[k]);
+    return from_trs(t, q, s);
 }
 
 /* ---- parents, loops, world matrices ---- */
@@ -123,19 +132,52 @@ static snell_status find_parents(gltf *g) {
     return SNELL_OK;
 }
 
+static dmat world_at(const gltf *g, size_t index, const dmat *root, int time) {
+    const gltf_node *node = &g->nodes[index];
+    const dmat *parent =
+        node->parent == SIZE_MAX ? root : gltf_world_at(&g->nodes[node->parent], time);
+    dmat local = node_local(g, index, (double)g->times[time]);
+    return dmat_multiply(parent, &local);
+}
+
+static bool moves(const gltf *g, const gltf_node *node) {
+    for (int k = TRACK_TRANSLATION; k <= TRACK_SCALE; k++)
+        if (node->tracks[k]) return true;
+    return node->parent != SIZE_MAX && g->nodes[node->parent].worlds;
+}
+
+/* Where a node is all through the clock's times; nothing if that is one place. */
+static snell_status place_moving(gltf *g, size_t index, const dmat *root, const char *where) {
+    gltf_node *node = &g->nodes[index];
+    snell_status status = gltf_spend(g, where, CLOCK_TIMES * sizeof *node->worlds);
+    if (status) return status;
+    dmat *worlds = memory_zeroed(CLOCK_TIMES, sizeof *worlds);
+    if (worlds == NULL) return error_no_memory();
+    bool same = true;
+    for (int i = 0; i < CLOCK_TIMES; i++) {
+        worlds[i] = world_at(g, index, root, i);
+        same &= memcmp(&worlds[i], &node->world, sizeof *worlds) == 0;
+        if (!is_finite(&worlds[i]))
+            status = gltf_error(g, SNELL_ERR_SYNTAX, where, "its transform is out of range");
+    }
+    if (same || status)
+        free(worlds);
+    else
+        node->worlds = worlds;
+    return status;
+}
+
 static snell_status place_node(gltf *g, size_t index) {
     gltf_node *node = &g->nodes[index];
-    dmat local;
-    snell_status status = node_local(g, index, &local);
-    if (status) return status;
     dmat up = rotation_to_up(g->options->up);
-    node->world =
-        dmat_multiply(node->parent == SIZE_MAX ? &up : &g->nodes[node->parent].world, &local);
     char where[JSON_PATH_SIZE];
     snprintf(where, sizeof where, "nodes[%zu]", index);
-    return is_finite(&node->world)
-               ? SNELL_OK
-               : gltf_error(g, SNELL_ERR_SYNTAX, where, "its transform is out of range");
+    snell_status status = check_rotation(g, index);
+    if (status) return status;
+    node->world = world_at(g, index, &up, CLOCK_NOW);
+    if (!is_finite(&node->world))
+        return gltf_error(g, SNELL_ERR_SYNTAX, where, "its transform is out of range");
+    return g->posed && moves(g, node) ? place_moving(g, index, &up, where) : SNELL_OK;
 }
 
 /* Parents first. With one parent each, a node that is not reached from a root is in a loop. */
@@ -166,16 +208,47 @@ static snell_status place_nodes(gltf *g, size_t *stack) {
     return status;
 }
 
+/* ---- motion ---- */
+
+static double determinant(const dmat *a) {
+    return a->m[0][0] * (a->m[1][1] * a->m[2][2] - a->m[1][2] * a->m[2][1]) -
+           a->m[0][1] * (a->m[1][0] * a->m[2][2] - a->m[1][2] * a->m[2][0]) +
+           a->m[0][2] * (a->m[1][0] * a->m[2][1] - a->m[1][1] * a->m[2][0]);
+}
+
+/* Keys of node's world times `local`. Moments when there is nothing (a scale of 0) or when it is
+ * mirrored, from which there is no way, are left out. Returns how many keys there are. */
+static size_t motion_keys(const gltf *g, const gltf_node *node, const dmat *local,
+                          motion_key keys[CLOCK_TIMES]) {
+    size_t count = 0;
+    dmat now = dmat_multiply(&node->world, local);
+    for (int i = 0; i < CLOCK_TIMES; i++) {
+        dmat placed = dmat_multiply(&node->worlds[i], local);
+        transform rounded = to_transform(&placed), inverse;
+        bool there = determinant(&placed) * determinant(&now) > 0 && is_finite(&placed) &&
+                     transform_inverse(&rounded, &inverse);
+        if (there) keys[count++] = (motion_key){g->times[i], rounded};
+    }
+    return count;
+}
+
+static const dmat identity = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+
 /* ---- what a node holds ---- */
 
-static snell_status add_instances(gltf *g, size_t node, const uint32_t *shapes, const dmat *world,
-                                  const char *wanted) {
-    const json_t *mesh = json_item(g, "meshes", json_index(json_item(g, "nodes", node), "mesh", 0));
+/* `node` NULL: the shapes are in world space. local: from a mesh to the node. */
+static snell_status add_instances(gltf *g, size_t index, const gltf_node *node,
+                                  const uint32_t *shapes, const dmat *local, const char *wanted) {
+    const json_t *mesh =
+        json_item(g, "meshes", json_index(json_item(g, "nodes", index), "mesh", 0));
     const json_t *primitives = json_at(mesh, "primitives");
-    transform placed = to_transform(world), inverse;
+    dmat world = node ? dmat_multiply(&node->world, local) : *local;
+    transform placed = to_transform(&world), inverse;
+    motion_key keys[CLOCK_TIMES];
+    size_t key_count = node && node->worlds ? motion_keys(g, node, local, keys) : 0;
     char where[JSON_PATH_SIZE];
-    snprintf(where, sizeof where, "nodes[%zu]", node);
-    if (!is_finite(world))
+    snprintf(where, sizeof where, "nodes[%zu]", index);
+    if (!is_finite(&world))
         return gltf_error(g, SNELL_ERR_SYNTAX, where, "its transform is out of range");
     if (!transform_inverse(&placed, &inverse))
         return gltf_warn(g, "%s: its scale is 0: not drawn", where);
@@ -185,13 +258,14 @@ static snell_status add_instances(gltf *g, size_t node, const uint32_t *shapes, 
             return gltf_error(g, SNELL_ERR_UNSUPPORTED, where, "there are more than %d instances",
                               INSTANCES_MAX);
         char name[NAME_MAX_SIZE];
-        uint32_t material, index;
+        uint32_t material, made;
         snell_status status = gltf_material(
             g, json_index(json_array_get(primitives, i), "material", SIZE_MAX), &material);
         if (!status) status = names_make_unique(&g->names, NAMES_INSTANCE, wanted, name);
         if (status) return status;
         object_source source = {name[0] ? name : NULL, g->path, 0};
-        status = description_add_instance(g->d, shapes[i], material, &placed, source, &index);
+        status = description_add_instance(g->d, shapes[i], material, &placed, source, &made);
+        if (!status && key_count > 1) status = description_set_motion(g->d, made, keys, key_count);
         if (status) return gltf_blame(g, where, status);
     }
     return SNELL_OK;
@@ -223,18 +297,18 @@ static dmat crowd_matrix(const crowd *c, size_t i) {
     return from_trs(t, q, s);
 }
 
-static snell_status add_crowd(gltf *g, size_t node, const json_t *instancing,
-                              const uint32_t *shapes, const dmat *world, const char *name) {
+static snell_status add_crowd(gltf *g, size_t index, const gltf_node *node,
+                              const json_t *instancing, const uint32_t *shapes, const char *name) {
     const json_t *map = json_at(instancing, "attributes");
     crowd c = {0};
     char where[JSON_PATH_SIZE];
-    snprintf(where, sizeof where, "nodes[%zu].extensions.EXT_mesh_gpu_instancing", node);
+    snprintf(where, sizeof where, "nodes[%zu].extensions.EXT_mesh_gpu_instancing", index);
     snell_status status = read_crowd_attribute(g, map, where, "TRANSLATION", 3, &c, &c.translation);
     if (!status) status = read_crowd_attribute(g, map, where, "ROTATION", 4, &c, &c.rotation);
     if (!status) status = read_crowd_attribute(g, map, where, "SCALE", 3, &c, &c.scale);
     for (size_t i = 0; i < c.count && !status; i++) {
-        dmat local = crowd_matrix(&c, i), placed = dmat_multiply(world, &local);
-        status = add_instances(g, node, shapes, &placed, name);
+        dmat local = crowd_matrix(&c, i);
+        status = add_instances(g, index, node, shapes, &local, name);
     }
     free(c.translation);
     free(c.rotation);
@@ -251,13 +325,49 @@ static snell_status add_mesh(gltf *g, size_t index) {
     const char *name = json_text(node, "name");
     if (name == NULL) name = json_text(mesh, "name");
     snell_status status = gltf_mesh_shapes(g, index, &shapes, &own, &in_world);
-    dmat world = g->nodes[index].world;
-    if (in_world) world = (dmat){{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+    const gltf_node *placed = in_world ? NULL : &g->nodes[index];
     if (!status)
-        status = instancing ? add_crowd(g, index, instancing, shapes, &world, name)
-                            : add_instances(g, index, shapes, &world, name);
+        status = instancing ? add_crowd(g, index, placed, instancing, shapes, name)
+                            : add_instances(g, index, placed, shapes, &identity, name);
     if (own) free((void *)(uintptr_t)shapes);
     return status;
+}
+
+/* A camera's place and axes, without the scale of its node. false: its transform is flat. */
+static bool camera_axes(const dmat *world, dmat *out) {
+    dvec3 forward = dvec3_normalize(dmat_vector(world, (dvec3){0, 0, -1})),
+          up = dvec3_normalize(dmat_vector(world, (dvec3){0, 1, 0})),
+          across = dvec3_cross(forward, up);
+    if (!(dvec3_length(across) > 1e-3)) return false;
+    dvec3 x = dvec3_normalize(across), y = dvec3_cross(x, forward), z = dvec3_negate(forward);
+    *out = (dmat){{{x.x, y.x, z.x, world->m[0][3]},
+                   {x.y, y.y, z.y, world->m[1][3]},
+                   {x.z, y.z, z.z, world->m[2][3]}}};
+    return true;
+}
+
+static dmat inverse_of_axes(const dmat *a) {
+    dmat out = {{{0}}};
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+            out.m[r][c] = a->m[c][r];
+            out.m[r][3] -= a->m[c][r] * a->m[c][3];
+        }
+    return out;
+}
+
+/* From where the camera is at the frame's own time to where it is at others. */
+static size_t camera_keys(const gltf *g, const gltf_node *node, motion_key keys[CLOCK_TIMES]) {
+    dmat now, then;
+    size_t count = 0;
+    if (node->worlds == NULL || !camera_axes(&node->world, &now)) return 0;
+    dmat back = inverse_of_axes(&now);
+    for (int i = 0; i < CLOCK_TIMES; i++) {
+        if (!camera_axes(&node->worlds[i], &then)) continue;
+        dmat moved = dmat_multiply(&then, &back);
+        keys[count++] = (motion_key){g->times[i], to_transform(&moved)};
+    }
+    return count;
 }
 
 static snell_status add_camera(gltf *g, size_t index) {
@@ -287,16 +397,20 @@ static snell_status add_camera(gltf *g, size_t index) {
     /* `at` scales with the distance from the origin, so that rounding cannot join it with `from`.
      */
     double distance = 1 + dvec3_length(from);
+    motion_key keys[CLOCK_TIMES];
+    size_t key_count = camera_keys(g, &g->nodes[index], keys);
     snell_param params[] = {
         {"from", SNELL_PARAM_VEC3, {.v = vec3_from(from)}},
         {"at", SNELL_PARAM_VEC3, {.v = vec3_from(dvec3_add(from, dvec3_scale(forward, distance)))}},
         {"up", SNELL_PARAM_VEC3, {.v = vec3_from(up)}},
-        {parallel ? "height" : "fov", SNELL_PARAM_FLOAT, {.f = size}}};
+        {parallel ? "height" : "fov", SNELL_PARAM_FLOAT, {.f = size}},
+        {"motion", SNELL_PARAM_ARRAY, {.array = {keys, key_count}}}};
     char where[JSON_PATH_SIZE];
     snprintf(where, sizeof where, "nodes[%zu].camera", index);
     uint32_t made;
     status = description_add(g->d, CATEGORY_CAMERA, parallel ? "orthographic" : "perspective",
-                             params, 4, (object_source){name[0] ? name : NULL, g->path, 0}, &made);
+                             params, key_count > 1 ? 5 : 4,
+                             (object_source){name[0] ? name : NULL, g->path, 0}, &made);
     return gltf_blame(g, where, status);
 }
 

@@ -215,6 +215,7 @@ static const rule animation_sampler[] = {{.name = "input", RULE_REF, true, .list
                                          {.name = "output", RULE_REF, true, .list = "accessors"},
                                          {0}};
 static const rule animation[] = {
+    {.name = "name", RULE_STRING},
     {.name = "channels", RULE_OBJECTS, true, .object = channel},
     {.name = "samplers", RULE_OBJECTS, true, .object = animation_sampler},
     {0}};

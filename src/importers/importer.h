@@ -15,7 +15,12 @@ typedef struct import_options {
     const char *format;  /* set by import_file: the format that was asked for; NULL: by content */
     const char *layer;   /* of a picture, "" its colours: no scene is read; NULL: a scene */
     bool allow_programs; /* run Lua */
-    uint32_t frame;      /* of an animation; 0: its first */
+    uint32_t frame;      /* of an animation; 0: its first; of a model file: at rest */
+    /* Set by a scene program that reads a model: the model is a part of it, which has a clock of its
+     * own and takes no params. fps 0: 24; animation: name, number or "all"; NULL: the first. */
+    bool within;
+    double fps;
+    const char *animation;
     uint64_t memory_max; /* bytes; 0: in the helper's parent a share of the machine's memory */
     /* How much of the file is read, 0..1; importers may call it as often as they like; may be NULL.
      * Set in the helper only. */
