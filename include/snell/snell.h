@@ -185,7 +185,8 @@ typedef bool snell_progress_fn(void *user, const snell_progress *progress);
 
 typedef struct snell_load_desc {
     size_t struct_size;
-    const char *const *params; /* "name=value", for param() in a scene program */
+    const char *const *params; /* "name=value", for param() in a scene program; of a glTF file with
+                                  animations "animation=NAME" and "fps=24" */
     size_t param_count;
     const char *const *asset_dirs; /* readable besides the file's own folder */
     size_t asset_dir_count;
@@ -193,7 +194,8 @@ typedef struct snell_load_desc {
     const char *up;      /* "x" "y" "z" "-x" "-y" "-z"; NULL: as the format says */
     uint64_t memory_max; /* bytes the import may use; 0: a share of the machine's memory */
     double time_max;     /* CPU seconds the import may use; 0: 300 */
-    uint32_t frame;      /* which frame of an animation, 1 to 1000000; 0: its first */
+    uint32_t frame;      /* which frame of an animation, 1 to 1000000; 0: a scene's first, a model
+                            file at rest */
     bool allow_programs; /* run .lua; default true */
     /* Files are read by the sandboxed program snell-import, started with posix_spawn; default true.
      * false: only snell_scene_add_* and compiled scenes. */

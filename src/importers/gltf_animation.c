@@ -387,7 +387,8 @@ static void set_times(gltf *g, double start, double frame) {
 
 snell_status gltf_choose_animation(gltf *g) {
     const import_options *o = g->options;
-    if (json_count(g, "animations") == 0) return SNELL_OK;
+    if (json_count(g, "animations") == 0)
+        return o->animation ? gltf_error(g, SNELL_ERR_ARGUMENT, "", "it has no animations") : SNELL_OK;
     const char *word = o->within ? o->animation : find_param(o, "animation");
     int64_t chosen = 0;
     double fps;

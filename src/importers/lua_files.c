@@ -189,21 +189,28 @@ const char *files_resolve(lua_State *L, const char *name) {
 
 typedef struct wanted {
     bool camera, lights, settings;
+    const char *animation; /* NULL: the model's first, if the scene has a clock */
 } wanted;
 
 /* Reads the file and adds what is wanted of it; pushes a node. */
 static void import_other(lua_State *L, const char *label, const char *name, const node *like,
                          wanted want) {
     lua_scene *s = scene_of(L);
+    import_options options = *s->options;
+    options.within = true;
+    options.animation = want.animation;
+    motion_give_clock(L, &options);
     const char *path = files_resolve(L, name);
     box *holder = box_push(L, destroy_description);
     description *from = NULL;
     if (description_create(&from)) scene_fail_last(L, NULL, NULL);
     holder->held = from;
     double before = sandbox_cpu_seconds();
-    snell_status status = import_file(path, NULL, s->options, from);
+    snell_status status = import_file(path, NULL, &options, from);
     s->cpu_excluded += sandbox_cpu_seconds() - before;
     if (status) scene_fail_last(L, NULL, NULL);
+    if (want.animation && strcmp(from->format, "gltf") != 0)
+        scene_fail(L, SNELL_ERR_SYNTAX, "glTF files have", "%s: '%s' has no animations", label, name);
     merge m = {L, from, s->d, 0, 0, 0};
     m.texture = (uint32_t)s->d->objects[CATEGORY_TEXTURE].count;
     m.material = (uint32_t)s->d->objects[CATEGORY_MATERIAL].count;
@@ -228,17 +235,18 @@ static const char *need_file(lua_State *L, const char *label) {
     return file;
 }
 
-/* model { file, transform, material, name, camera = false, lights = false } */
+/* model { file, transform, material, name, camera = false, lights = false, animation } */
 static int make_model(lua_State *L) {
     static const char *const names[] = {"file",   "transform", "material", "name",
-                                        "camera", "lights",    "motion"};
+                                        "camera", "lights",    "motion",   "animation"};
     values_need_table(L, "model");
-    values_check_keys(L, "model", names, 7, 0);
+    values_check_keys(L, "model", names, 8, 0);
     const char *name, *file = need_file(L, "model");
     node like = objects_read_common(L, "model", &name);
     import_other(L, "model", file, &like,
                  (wanted){values_get_bool(L, "model", "camera", false),
-                          values_get_bool(L, "model", "lights", false), false});
+                          values_get_bool(L, "model", "lights", false), false,
+                          values_get_string(L, "model", "animation")});
     return 1;
 }
 
@@ -251,7 +259,7 @@ static int include(lua_State *L) {
                  .material = NO_MATERIAL,
                  .line = scene_line(L, NULL),
                  .placed = dtransform_identity()};
-    import_other(L, "include", lua_tostring(L, 1), &like, (wanted){true, true, true});
+    import_other(L, "include", lua_tostring(L, 1), &like, (wanted){true, true, true, NULL});
     return 1;
 }
 
@@ -262,7 +270,7 @@ int files_mesh(lua_State *L) {
     values_check_keys(L, "mesh", names, 5, 0);
     const char *name, *file = need_file(L, "mesh");
     node like = objects_read_common(L, "mesh", &name);
-    import_other(L, "mesh", file, &like, (wanted){false, false, false});
+    import_other(L, "mesh", file, &like, (wanted){false, false, false, NULL});
     return 1;
 }
 

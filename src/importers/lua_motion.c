@@ -48,6 +48,13 @@ void motion_set_clock(lua_State *L) {
     lua_pop(L, 1);
 }
 
+void motion_give_clock(lua_State *L, import_options *to) {
+    const animation_desc *clock = find_clock(scene_of(L));
+    if (clock == NULL) return;
+    to->frame = (uint32_t)clock->frame;
+    to->fps = (double)clock->fps;
+}
+
 static lua_Integer get_frame(lua_State *L, const char *name, lua_Integer absent) {
     lua_pushstring(L, name);
     lua_Integer value = absent;

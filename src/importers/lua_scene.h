@@ -182,6 +182,8 @@ void motion_open(lua_State *L); /* animation */
 void motion_free_all(lua_scene *s);
 /* Sets the globals time and frame once the clock is known. */
 void motion_set_clock(lua_State *L);
+/* What it reads with these options is seen at the scene's own frame, if it has a clock. */
+void motion_give_clock(lua_State *L, import_options *to);
 /* Field motion of table 1: a node's motion, 0 when absent. */
 uint32_t motion_read(lua_State *L, const char *label);
 uint32_t motion_add(lua_State *L, const motion_key *keys, size_t count); /* checked keys, copied */
