@@ -1044,7 +1044,7 @@ enum { SNELL_IMAGE_TEXTURE_CHANNEL_RGB, SNELL_IMAGE_TEXTURE_CHANNEL_R, SNELL_IMA
 enum { SNELL_IMAGE_TEXTURE_WRAP_U_REPEAT, SNELL_IMAGE_TEXTURE_WRAP_U_CLAMP, SNELL_IMAGE_TEXTURE_WRAP_U_MIRROR };
 enum { SNELL_IMAGE_TEXTURE_WRAP_V_REPEAT, SNELL_IMAGE_TEXTURE_WRAP_V_CLAMP, SNELL_IMAGE_TEXTURE_WRAP_V_MIRROR };
 enum { SNELL_IMAGE_TEXTURE_FILTER_LINEAR, SNELL_IMAGE_TEXTURE_FILTER_NEAREST };
-enum { SNELL_IMAGE_TEXTURE_MAP_AUTO, SNELL_IMAGE_TEXTURE_MAP_UV, SNELL_IMAGE_TEXTURE_MAP_OBJECT, SNELL_IMAGE_TEXTURE_MAP_XZ, SNELL_IMAGE_TEXTURE_MAP_TRIPLANAR, SNELL_IMAGE_TEXTURE_MAP_SPHERICAL };
+enum { SNELL_IMAGE_TEXTURE_MAP_AUTO, SNELL_IMAGE_TEXTURE_MAP_UV, SNELL_IMAGE_TEXTURE_MAP_OBJECT, SNELL_IMAGE_TEXTURE_MAP_XZ, SNELL_IMAGE_TEXTURE_MAP_TRIPLANAR, SNELL_IMAGE_TEXTURE_MAP_SPHERICAL, SNELL_IMAGE_TEXTURE_MAP_UV2 };
 typedef struct snell_image_texture_desc { /* an image over the surface */
     size_t struct_size;
     int32_t width; /* columns; pixels; required; 1 to 65536 */
@@ -1072,7 +1072,7 @@ static inline snell_image_texture_desc snell_image_texture_desc_init(size_t stru
 }
 SNELL_API snell_status snell_scene_add_image_texture(snell_scene *scene, const snell_image_texture_desc *desc, snell_texture_id *out);
 
-enum { SNELL_CHECKER_TEXTURE_MAP_AUTO, SNELL_CHECKER_TEXTURE_MAP_UV, SNELL_CHECKER_TEXTURE_MAP_OBJECT, SNELL_CHECKER_TEXTURE_MAP_XZ, SNELL_CHECKER_TEXTURE_MAP_TRIPLANAR, SNELL_CHECKER_TEXTURE_MAP_SPHERICAL };
+enum { SNELL_CHECKER_TEXTURE_MAP_AUTO, SNELL_CHECKER_TEXTURE_MAP_UV, SNELL_CHECKER_TEXTURE_MAP_OBJECT, SNELL_CHECKER_TEXTURE_MAP_XZ, SNELL_CHECKER_TEXTURE_MAP_TRIPLANAR, SNELL_CHECKER_TEXTURE_MAP_SPHERICAL, SNELL_CHECKER_TEXTURE_MAP_UV2 };
 typedef struct snell_checker_texture_desc { /* a chessboard of two colours */
     size_t struct_size;
     snell_vec3 color_a; /* of the square at the origin; >= 0 */
@@ -1097,7 +1097,7 @@ static inline snell_checker_texture_desc snell_checker_texture_desc_init(size_t 
 SNELL_API snell_status snell_scene_add_checker_texture(snell_scene *scene, const snell_checker_texture_desc *desc, snell_texture_id *out);
 
 enum { SNELL_GRADIENT_TEXTURE_WRAP_CLAMP, SNELL_GRADIENT_TEXTURE_WRAP_REPEAT, SNELL_GRADIENT_TEXTURE_WRAP_MIRROR };
-enum { SNELL_GRADIENT_TEXTURE_MAP_AUTO, SNELL_GRADIENT_TEXTURE_MAP_UV, SNELL_GRADIENT_TEXTURE_MAP_OBJECT, SNELL_GRADIENT_TEXTURE_MAP_XZ, SNELL_GRADIENT_TEXTURE_MAP_TRIPLANAR, SNELL_GRADIENT_TEXTURE_MAP_SPHERICAL };
+enum { SNELL_GRADIENT_TEXTURE_MAP_AUTO, SNELL_GRADIENT_TEXTURE_MAP_UV, SNELL_GRADIENT_TEXTURE_MAP_OBJECT, SNELL_GRADIENT_TEXTURE_MAP_XZ, SNELL_GRADIENT_TEXTURE_MAP_TRIPLANAR, SNELL_GRADIENT_TEXTURE_MAP_SPHERICAL, SNELL_GRADIENT_TEXTURE_MAP_UV2 };
 typedef struct snell_gradient_texture_desc { /* from one colour to another */
     size_t struct_size;
     snell_vec3 color_a; /* at 'from' and before it; >= 0 */
@@ -1120,7 +1120,7 @@ static inline snell_gradient_texture_desc snell_gradient_texture_desc_init(size_
 SNELL_API snell_status snell_scene_add_gradient_texture(snell_scene *scene, const snell_gradient_texture_desc *desc, snell_texture_id *out);
 
 enum { SNELL_NOISE_TEXTURE_KIND_FBM, SNELL_NOISE_TEXTURE_KIND_TURBULENCE, SNELL_NOISE_TEXTURE_KIND_MARBLE };
-enum { SNELL_NOISE_TEXTURE_MAP_AUTO, SNELL_NOISE_TEXTURE_MAP_UV, SNELL_NOISE_TEXTURE_MAP_OBJECT, SNELL_NOISE_TEXTURE_MAP_XZ, SNELL_NOISE_TEXTURE_MAP_TRIPLANAR, SNELL_NOISE_TEXTURE_MAP_SPHERICAL };
+enum { SNELL_NOISE_TEXTURE_MAP_AUTO, SNELL_NOISE_TEXTURE_MAP_UV, SNELL_NOISE_TEXTURE_MAP_OBJECT, SNELL_NOISE_TEXTURE_MAP_XZ, SNELL_NOISE_TEXTURE_MAP_TRIPLANAR, SNELL_NOISE_TEXTURE_MAP_SPHERICAL, SNELL_NOISE_TEXTURE_MAP_UV2 };
 typedef struct snell_noise_texture_desc { /* clouds, smoke or marble */
     size_t struct_size;
     snell_vec3 color_a; /* where the noise is 0; >= 0 */
@@ -1588,6 +1588,12 @@ typedef struct snell_principled_desc { /* the glTF 2.0 model: metal, plastic, gl
     snell_input clearcoat_roughness; /* of the coat; 0 to 1 */
     snell_input sheen_color; /* of velvet's fibres; 0: none; >= 0 */
     snell_input sheen_roughness; /* of the fibres; below 0.26 it counts as that; 0 to 1 */
+    snell_input anisotropy; /* how much rougher it is along its grain: 1 is brushed metal; 0 to 1 */
+    float anisotropy_rotation; /* of the grain, counter-clockwise from where u grows; radians */
+    snell_texture_id anisotropy_map; /* the grain's direction as a colour, linear: red along u, green along v, as in a normal map */
+    snell_input iridescence; /* strength of a thin film's colours; 0 to 1 */
+    float iridescence_ior; /* of the film; 1 to 10 */
+    snell_input iridescence_thickness; /* of the film; nm; >= 0 */
 } snell_principled_desc;
 static inline snell_principled_desc snell_principled_desc_init(size_t struct_size) {
     snell_principled_desc desc;
@@ -1619,6 +1625,10 @@ static inline snell_principled_desc snell_principled_desc_init(size_t struct_siz
     desc.attenuation_color.x = (float)1;
     desc.attenuation_color.y = (float)1;
     desc.attenuation_color.z = (float)1;
+    desc.iridescence_ior = (float)1.29999995;
+    desc.iridescence_thickness.value.x = (float)400;
+    desc.iridescence_thickness.value.y = (float)400;
+    desc.iridescence_thickness.value.z = (float)400;
     return desc;
 }
 SNELL_API snell_status snell_scene_add_principled(snell_scene *scene, const snell_principled_desc *desc, snell_material_id *out);
@@ -1975,6 +1985,10 @@ typedef struct snell_mesh_desc { /* triangles */
     size_t materials_count;
     const float *key_times; /* of a mesh that deforms: ascending times; positions and normals are lists for each, one after the other, and linear in between; s */
     size_t key_times_count;
+    const snell_vec2 *uvs2; /* a second set of texture coordinates, one per vertex, for textures whose map is uv2 */
+    size_t uvs2_count;
+    const float *tangents; /* four per vertex, for normal maps and anisotropy: where red points, and 1 or -1, by which green is that times the normal's cross product with it; none: from uvs */
+    size_t tangents_count;
 } snell_mesh_desc;
 static inline snell_mesh_desc snell_mesh_desc_init(size_t struct_size) {
     snell_mesh_desc desc;

@@ -280,7 +280,7 @@ snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, sne
     return status;
 }
 
-_Static_assert(sizeof(snell_principled_desc) == 352, "run tools/update_api");
+_Static_assert(sizeof(snell_principled_desc) == 432, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, ambient) == 32, "run tools/update_api");
@@ -306,6 +306,12 @@ _Static_assert(offsetof(snell_principled_desc, clearcoat) == 272, "run tools/upd
 _Static_assert(offsetof(snell_principled_desc, clearcoat_roughness) == 292, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, sheen_color) == 312, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, sheen_roughness) == 332, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, anisotropy) == 352, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, anisotropy_rotation) == 372, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, anisotropy_map) == 376, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, iridescence) == 384, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, iridescence_ior) == 404, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, iridescence_thickness) == 408, "run tools/update_api");
 snell_status snell_scene_add_principled(snell_scene *s, const snell_principled_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "principled", desc, &index1);
@@ -521,7 +527,7 @@ snell_status snell_scene_add_quad(snell_scene *s, const snell_quad_desc *desc, s
     return status;
 }
 
-_Static_assert(sizeof(snell_mesh_desc) == 152, "run tools/update_api");
+_Static_assert(sizeof(snell_mesh_desc) == 184, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, positions) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, indices) == 24, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, normals) == 40, "run tools/update_api");
@@ -531,6 +537,8 @@ _Static_assert(offsetof(snell_mesh_desc, alphas) == 88, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, material_slots) == 104, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, materials) == 120, "run tools/update_api");
 _Static_assert(offsetof(snell_mesh_desc, key_times) == 136, "run tools/update_api");
+_Static_assert(offsetof(snell_mesh_desc, uvs2) == 152, "run tools/update_api");
+_Static_assert(offsetof(snell_mesh_desc, tangents) == 168, "run tools/update_api");
 snell_status snell_scene_add_mesh(snell_scene *s, const snell_mesh_desc *desc, snell_shape_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_SHAPE, "mesh", desc, &index1);

@@ -85,6 +85,11 @@ static deforming_time at_key(uint32_t key) { return (deforming_time){key, key, {
 
 static deforming_time time_of(const deforming_mesh *m) { return m->posed ? m->now : at_key(0); }
 
+mesh_corners deforming_corners(const deforming_mesh *m, uint32_t triangle) {
+    deforming_time when = time_of(m);
+    return corners_at(m, triangle, &when);
+}
+
 /* ---- what a shape implements ---- */
 
 static uint32_t primitive_count(const void *shape) {
@@ -122,16 +127,14 @@ static bounds3 bounds(const void *shape) {
 static void fill_surface(const void *shape, const local_ray *beam, const hit *found, surface *out) {
     const deforming_mesh *m = shape;
     double weight[3];
-    deforming_time when = time_of(m);
-    mesh_corners at = corners_at(m, found->primitive, &when);
+    mesh_corners at = deforming_corners(m, found->primitive);
     mesh_hit_weights(found, weight);
     mesh_surface(&m->mesh, found->primitive, &at, weight, dvec3_negate(dvec3_from(beam->d)), out);
 }
 
 static dvec3 bend(const void *shape, const hit *found, dvec3 dp) {
     const deforming_mesh *m = shape;
-    deforming_time when = time_of(m);
-    mesh_corners at = corners_at(m, found->primitive, &when);
+    mesh_corners at = deforming_corners(m, found->primitive);
     return mesh_bend(&m->mesh, &at, found, dp);
 }
 
@@ -151,8 +154,7 @@ static void sample_area(const void *shape, uint32_t triangle, double u, double v
     const deforming_mesh *m = shape;
     sample2 on = warp_triangle((sample2){u, v});
     double weight[3] = {1 - on.x - on.y, on.x, on.y};
-    deforming_time when = time_of(m);
-    mesh_corners at = corners_at(m, triangle, &when);
+    mesh_corners at = deforming_corners(m, triangle);
     mesh_surface(&m->mesh, triangle, &at, weight, (dvec3){0, 1, 0}, out);
 }
 

@@ -46,6 +46,9 @@ static inline bool mesh_is(const primitive_type *type) {
     return type == &primitive_mesh || type == &primitive_deforming;
 }
 
+/* A triangle of one that is posed. */
+mesh_corners deforming_corners(const deforming_mesh *m, uint32_t triangle);
+
 /* The shape as it is at a time: itself, or *room, made from it. */
 static inline const void *deforming_pose(const primitive_type *type, const void *shape, float time,
                                          deforming_mesh *room) {

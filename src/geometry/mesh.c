@@ -76,6 +76,11 @@ static snell_status check(const void *desc) {
     if (!status) status = check_per_vertex(mesh, "uvs", mesh->uvs_count);
     if (!status) status = check_per_vertex(mesh, "colors", mesh->colors_count);
     if (!status) status = check_per_vertex(mesh, "alphas", mesh->alphas_count);
+    if (!status) status = check_per_vertex(mesh, "uvs2", mesh->uvs2_count);
+    if (!status && mesh->tangents_count && mesh->tangents_count != 4 * vertices)
+        status = error_set(SNELL_ERR_ARGUMENT, "give four numbers per vertex, or none",
+                           "mesh: 'tangents' has %zu entries for %zu positions",
+                           mesh->tangents_count, vertices);
     for (size_t i = 0; !status && i < mesh->colors_count; i++) {
         vec3 c = mesh->colors[i];
         if (c.x < 0 || c.y < 0 || c.z < 0)
@@ -118,7 +123,7 @@ static dvec3 blend(const snell_vec3 *values, const uint32_t *index, const double
     return sum;
 }
 
-static mesh_corners corners_of(const mesh_desc *mesh, uint32_t triangle) {
+mesh_corners mesh_corners_of(const mesh_desc *mesh, uint32_t triangle) {
     const uint32_t *index = mesh->indices + 3 * (size_t)triangle;
     mesh_corners at;
     for (int i = 0; i < 3; i++) {
@@ -178,22 +183,61 @@ static double test_error(const dvec3 vertex[3]) {
 }
 
 /* u, v at the point, and how the point moves with them: p = p0 + a ab + b ac and uv = uv0 + a duv1 +
- * b duv2, solved for dp/du and dp/dv. */
-static void set_uv(const mesh_desc *mesh, const uint32_t *index, const double weight[3], dvec3 ab,
-                   dvec3 ac, surface *out) {
+ * b duv2, solved for dp/du and dp/dv, which stay as they are where there is no solution. */
+static void find_uv(const snell_vec2 *uvs, const uint32_t *index, const double weight[3], dvec3 ab,
+                    dvec3 ac, double uv[2], dvec3 *dpdu, dvec3 *dpdv) {
     double u[3], v[3];
-    out->u = out->v = 0;
+    uv[0] = uv[1] = 0;
     for (int i = 0; i < 3; i++) {
-        u[i] = (double)mesh->uvs[index[i]].x;
-        v[i] = (double)mesh->uvs[index[i]].y;
-        out->u += weight[i] * u[i];
-        out->v += weight[i] * v[i];
+        u[i] = (double)uvs[index[i]].x;
+        v[i] = (double)uvs[index[i]].y;
+        uv[0] += weight[i] * u[i];
+        uv[1] += weight[i] * v[i];
     }
     double u1 = u[1] - u[0], u2 = u[2] - u[0], v1 = v[1] - v[0], v2 = v[2] - v[0];
     double area = u1 * v2 - u2 * v1;
     if (!(fabs(area) > 0x1p-40 * (fabs(u1 * v2) + fabs(u2 * v1)))) return;
-    out->dpdu = dvec3_scale(dvec3_sub(dvec3_scale(ab, v2), dvec3_scale(ac, v1)), 1 / area);
-    out->dpdv = dvec3_scale(dvec3_sub(dvec3_scale(ac, u1), dvec3_scale(ab, u2)), 1 / area);
+    *dpdu = dvec3_scale(dvec3_sub(dvec3_scale(ab, v2), dvec3_scale(ac, v1)), 1 / area);
+    *dpdv = dvec3_scale(dvec3_sub(dvec3_scale(ac, u1), dvec3_scale(ab, u2)), 1 / area);
+}
+
+static void set_uv(const mesh_desc *mesh, const uint32_t *index, const double weight[3], dvec3 ab,
+                   dvec3 ac, surface *out) {
+    double uv[2];
+    find_uv(mesh->uvs, index, weight, ab, ac, uv, &out->dpdu, &out->dpdv);
+    out->u = uv[0];
+    out->v = uv[1];
+}
+
+bool mesh_point_weights(const mesh_corners *at, dvec3 p, double weight[3]) {
+    dvec3 ab = dvec3_sub(at->vertex[1], at->vertex[0]), ac = dvec3_sub(at->vertex[2], at->vertex[0]),
+          ap = dvec3_sub(p, at->vertex[0]), n = dvec3_cross(ab, ac);
+    double square = dvec3_dot(n, n);
+    if (!(square > 0)) return false;
+    weight[1] = dvec3_dot(dvec3_cross(ap, ac), n) / square;
+    weight[2] = dvec3_dot(dvec3_cross(ab, ap), n) / square;
+    weight[0] = 1 - weight[1] - weight[2];
+    return true;
+}
+
+void mesh_second_uv(const mesh_desc *mesh, uint32_t triangle, const mesh_corners *at,
+                    const double weight[3], double uv[2], dvec3 *dpdu, dvec3 *dpdv) {
+    *dpdu = *dpdv = (dvec3){0, 0, 0};
+    find_uv(mesh->uvs2, mesh->indices + 3 * (size_t)triangle, weight,
+            dvec3_sub(at->vertex[1], at->vertex[0]), dvec3_sub(at->vertex[2], at->vertex[0]), uv,
+            dpdu, dpdv);
+}
+
+dvec3 mesh_tangent(const mesh_desc *mesh, uint32_t triangle, const double weight[3], double *sign) {
+    const uint32_t *index = mesh->indices + 3 * (size_t)triangle;
+    dvec3 sum = {0, 0, 0};
+    for (int i = 0; i < 3; i++) {
+        const float *t = mesh->tangents + 4 * (size_t)index[i];
+        dvec3 one = {(double)t[0], (double)t[1], (double)t[2]};
+        sum = dvec3_add(sum, dvec3_scale(one, weight[i]));
+    }
+    *sign = mesh->tangents[4 * (size_t)index[0] + 3] < 0 ? -1 : 1;
+    return sum;
 }
 
 /* The blended normal's change: dN = db (n1 - n0) + dc (n2 - n0) before it is made unit, where dp =
@@ -222,7 +266,7 @@ dvec3 mesh_bend(const mesh_desc *mesh, const mesh_corners *at, const hit *found,
 }
 
 static dvec3 bend(const void *desc, const hit *found, dvec3 dp) {
-    mesh_corners at = corners_of(desc, found->primitive);
+    mesh_corners at = mesh_corners_of(desc, found->primitive);
     return mesh_bend(desc, &at, found, dp);
 }
 
@@ -251,7 +295,7 @@ void mesh_surface(const mesh_desc *mesh, uint32_t triangle, const mesh_corners *
 
 static void fill_surface(const void *desc, const local_ray *beam, const hit *found, surface *out) {
     double weight[3];
-    mesh_corners at = corners_of(desc, found->primitive);
+    mesh_corners at = mesh_corners_of(desc, found->primitive);
     mesh_hit_weights(found, weight);
     mesh_surface(desc, found->primitive, &at, weight, dvec3_negate(dvec3_from(beam->d)), out);
 }
@@ -263,14 +307,14 @@ double mesh_corners_area(const mesh_corners *at) {
 }
 
 static double area(const void *desc, uint32_t primitive) {
-    mesh_corners at = corners_of(desc, primitive);
+    mesh_corners at = mesh_corners_of(desc, primitive);
     return mesh_corners_area(&at);
 }
 
 static void sample_area(const void *desc, uint32_t primitive, double u, double v, surface *out) {
     sample2 on = warp_triangle((sample2){u, v});
     double weight[3] = {1 - on.x - on.y, on.x, on.y};
-    mesh_corners at = corners_of(desc, primitive);
+    mesh_corners at = mesh_corners_of(desc, primitive);
     mesh_surface(desc, primitive, &at, weight, (dvec3){0, 1, 0}, out);
 }
 

@@ -4,7 +4,7 @@
 
 #include "geometry/primitive.h"
 
-/* Indices: three per triangle. normals, uvs, colors, alphas: none or one per vertex.
+/* Indices: three per triangle. normals, uvs, uvs2, colors, alphas: none or one per vertex.
  * material_slots: none or one per triangle, an index into `materials`; without, the instance's
  * material is used. key_times: none, or those of the keys of a mesh that deforms; then positions, and
  * normals if there are any, hold all vertices at the first key, then all at the second, and so on. */
@@ -23,7 +23,12 @@
       "the materials that material_slots choose from")                                             \
     F(T, key_times, FLOATS, NO_DEFAULT, ANY, "s",                                                  \
       "of a mesh that deforms: ascending times; positions and normals are lists for each, one "    \
-      "after the other, and linear in between")
+      "after the other, and linear in between")                                                    \
+    F(T, uvs2, VEC2S, NO_DEFAULT, ANY, "",                                                         \
+      "a second set of texture coordinates, one per vertex, for textures whose map is uv2")        \
+    F(T, tangents, FLOATS, NO_DEFAULT, ANY, "",                                                    \
+      "four per vertex, for normal maps and anisotropy: where red points, and 1 or -1, by which "  \
+      "green is that times the normal's cross product with it; none: from uvs")
 DESCRIBE_STRUCT(mesh, MESH_FIELDS)
 
 /* More keys are refused: a mesh is kept once for each that a shutter sees. */
@@ -50,6 +55,15 @@ typedef struct mesh_corners {
  * without an area faces. */
 void mesh_surface(const mesh_desc *mesh, uint32_t triangle, const mesh_corners *at,
                   const double weight[3], dvec3 away, surface *out);
+mesh_corners mesh_corners_of(const mesh_desc *mesh, uint32_t triangle);
+/* The barycentric weights of a point on a triangle. false: it has no area. */
+bool mesh_point_weights(const mesh_corners *at, dvec3 p, double weight[3]);
+/* The second set of texture coordinates there, and how the point moves with them; 0 where they say
+ * nothing. The mesh has uvs2. */
+void mesh_second_uv(const mesh_desc *mesh, uint32_t triangle, const mesh_corners *at,
+                    const double weight[3], double uv[2], dvec3 *dpdu, dvec3 *dpdv);
+/* The tangent there, of any length, and its sign; the mesh has tangents. */
+dvec3 mesh_tangent(const mesh_desc *mesh, uint32_t triangle, const double weight[3], double *sign);
 /* primitive_type.bend, area. */
 dvec3 mesh_bend(const mesh_desc *mesh, const mesh_corners *at, const hit *found, dvec3 dp);
 double mesh_corners_area(const mesh_corners *at);

@@ -136,7 +136,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
     scene_shade_point(w->settings.scene, &r->ray, h, &p);
     if (r->has_differential)
         scene_set_footprint(w->settings.scene, &r->ray, &r->differential, h, &p);
-    if (p.material->bends) scene_bend_normal(w->settings.scene, &p);
+    if (p.material->bends || p.material->grained) scene_bend_normal(w->settings.scene, &p);
     bsdf b;
     material_evaluate(p.material, &p.at, &b);
     bool hidden = cross_interface(w, r, &p, &b, &w->beyond);

@@ -60,7 +60,10 @@ struct lobe {
     /* How much of the light from wo it sends on, roughly (0 .. 1): `path` chooses among lobes by it.
      * Negative: bsdf_add's own guess from weight and Fresnel. */
     double share;
-    dvec3 reflected; /* of interfaces: multiplies what they reflect; 1 */
+    union {
+        dvec3 reflected;    /* of interfaces: multiplies what they reflect; 1 */
+        double alpha_along; /* of lobe_grained: GGX's alpha along the bsdf's tangent */
+    };
     unsigned coats;  /* bit i: the bsdf's coat i lies over it */
 };
 
@@ -80,6 +83,7 @@ struct bsdf {
     dvec3 emission;    /* radiance leaving towards wo */
     dvec3 ambient;     /* k_a */
     double alpha;      /* 1: all there; 0: a ray passes as if nothing were there */
+    dvec3 tangent;     /* of lobe_grained: its grain, of any length; not set without one */
     double ior1, ior2; /* on wo's side and beyond; the wave sets them from the ray's media */
 };
 

@@ -49,6 +49,9 @@ typedef struct material_point {
     dvec3 tint;   /* vertex colour */
     double alpha; /* vertex alpha */
     bool outside; /* wo is on the side of the outward normal */
+    /* Of materials that look along the surface: where u grows and, turned by a right angle, v; unit, in
+     * the surface. 0: unknown. */
+    dvec3 tangent, bitangent;
     const texture *textures;
     const material *materials; /* the frozen scene's: for materials made of others */
 } material_point;
@@ -67,6 +70,8 @@ typedef struct material_type {
     medium (*inside)(const void *desc);
     /* Whether light may go straight through it, being thin (lobe_thin, lobe_rough_thin); NULL: no. */
     bool (*is_thin)(const void *desc);
+    /* Whether it looks different along different directions of the surface; NULL: no. */
+    bool (*is_grained)(const void *desc);
     /* Whether this one bounds its medium; NULL: it always does, where there is `inside`. */
     bool (*bounds)(const void *desc);
     /* How much of it is there, 0 .. 1, beside the common `alpha`; NULL: all. */
@@ -95,6 +100,7 @@ struct material {
     bool thin;         /* light may go straight through it or a part of it */
     bool shines;       /* has emission somewhere */
     bool bends;        /* has a normal map or bump: the shading normal is not the shape's */
+    bool grained;      /* looks along the surface: material_point.tangent is wanted */
 };
 
 /* Stops every shadow ray. What goes on straight through it all the same, in `path`, finds what no

@@ -53,12 +53,16 @@ double ggx_visibility(double cos_o, double cos_i, double alpha) {
 }
 
 /* Dupuy and Benyoub 2023, Sampling Visible GGX Normals with Spherical Caps. */
-dvec3 ggx_sample_visible(dvec3 wo, double alpha, sample2 u) {
-    dvec3 stretched = dvec3_normalize((dvec3){wo.x * alpha, wo.y * alpha, wo.z});
+static dvec3 sample_visible(dvec3 wo, double along, double across, sample2 u) {
+    dvec3 stretched = dvec3_normalize((dvec3){wo.x * along, wo.y * across, wo.z});
     double angle = 2 * PI * u.x, z = (1 - u.y) * (1 + stretched.z) - stretched.z;
     double sine = sqrt(double_max(0, 1 - z * z));
     dvec3 h = dvec3_add((dvec3){sine * fn_cos(angle), sine * fn_sin(angle), z}, stretched);
-    return dvec3_normalize((dvec3){h.x * alpha, h.y * alpha, double_max(h.z, 1e-12)});
+    return dvec3_normalize((dvec3){h.x * along, h.y * across, double_max(h.z, 1e-12)});
+}
+
+dvec3 ggx_sample_visible(dvec3 wo, double alpha, sample2 u) {
+    return sample_visible(wo, alpha, alpha, u);
 }
 
 double ggx_visible_pdf(dvec3 wo, dvec3 h, double alpha) {
@@ -168,6 +172,74 @@ const lobe_type lobe_cook_torrance = {.class = LOBE_GLOSSY,
 const lobe_type lobe_ggx = {
     .class = LOBE_GLOSSY, .evaluate = evaluate_ggx, .pdf = pdf_ggx, .sample = sample_ggx};
 
+/* ---- facets that are longer one way (Heitz 2014, section 5.4) ---- */
+
+/* Directions to a frame whose x is the grain. */
+typedef struct grain_frame {
+    dvec3 x, y, n;
+} grain_frame;
+
+static grain_frame find_grain(const bsdf *b, dvec3 n) {
+    grain_frame g = {.n = n};
+    dvec3 along = dvec3_sub(b->tangent, dvec3_scale(n, dvec3_dot(n, b->tangent)));
+    if (dvec3_length(along) > 1e-6 * dvec3_length(b->tangent)) {
+        g.x = dvec3_normalize(along);
+        g.y = dvec3_cross(n, g.x);
+    } else {
+        dvec3_frame(n, &g.x, &g.y);
+    }
+    return g;
+}
+
+static dvec3 to_grain(const grain_frame *g, dvec3 v) {
+    return (dvec3){dvec3_dot(g->x, v), dvec3_dot(g->y, v), dvec3_dot(g->n, v)};
+}
+
+/* The length of a direction in the space where the facets are those of alpha 1: in place of
+ * ggx_root. */
+static double grained_root(dvec3 v, double along, double across) {
+    return dvec3_length((dvec3){v.x * along, v.y * across, v.z});
+}
+
+static double grained_d(dvec3 h, double along, double across) {
+    if (!(h.z > 0)) return 0;
+    double x = h.x / along, y = h.y / across, spread = x * x + y * y + h.z * h.z;
+    return 1 / (PI * along * across * spread * spread);
+}
+
+static dvec3 evaluate_grained(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    facet f;
+    if (!find_facet(n, wo, wi, &f)) return (dvec3){0, 0, 0};
+    grain_frame g = find_grain(b, n);
+    double along = l->alpha_along, across = l->alpha;
+    double shadow = f.cos_o * grained_root(to_grain(&g, wi), along, across) +
+                    f.cos_i * grained_root(to_grain(&g, wo), along, across);
+    return tinted(l, &f, grained_d(to_grain(&g, f.h), along, across) * 0.5 / shadow);
+}
+
+static double pdf_grained(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    facet f;
+    if (!find_facet(n, wo, wi, &f)) return 0;
+    grain_frame g = find_grain(b, n);
+    double along = l->alpha_along, across = l->alpha;
+    return grained_d(to_grain(&g, f.h), along, across) /
+           (2 * (f.cos_o + grained_root(to_grain(&g, wo), along, across)));
+}
+
+static bool sample_grained(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, sample2 u, dvec3 *wi) {
+    grain_frame g = find_grain(b, n);
+    dvec3 local = to_grain(&g, wo);
+    dvec3 out = reflect_direction(local, sample_visible(local, l->alpha_along, l->alpha, u));
+    *wi = dvec3_add(dvec3_scale(g.x, out.x),
+                    dvec3_add(dvec3_scale(g.y, out.y), dvec3_scale(g.n, out.z)));
+    return dvec3_dot(n, *wi) > 0;
+}
+
+const lobe_type lobe_grained = {.class = LOBE_GLOSSY,
+                                .evaluate = evaluate_grained,
+                                .pdf = pdf_grained,
+                                .sample = sample_grained};
+
 static dvec3 evaluate_sheen(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
     (void)b;
     facet f;
@@ -225,6 +297,18 @@ lobe *bsdf_add_ggx(bsdf *b, dvec3 weight, double roughness, fresnel f, double mi
     if (l == NULL) return NULL;
     l->fresnel = f;
     l->mirror_share = roughness < WHITTED_MIRROR_ROUGHNESS ? 1 : mirror_share;
+    return l;
+}
+
+lobe *bsdf_add_grained(bsdf *b, dvec3 weight, double roughness, double grain, fresnel f,
+                       double mirror_share) {
+    double alpha = roughness * roughness, along = alpha + (1 - alpha) * grain * grain;
+    if (along < ALPHA_MIN) return bsdf_add_ggx(b, weight, roughness, f, mirror_share);
+    lobe *l = bsdf_add(b, &lobe_grained, weight, double_max(alpha, ALPHA_MIN));
+    if (l == NULL) return NULL;
+    l->alpha_along = along;
+    l->fresnel = f;
+    l->mirror_share = mirror_share * (1 - grain) * (1 - grain);
     return l;
 }
 

@@ -39,6 +39,8 @@ double sheen_visibility(double cos_o, double cos_i, double alpha);
 extern const lobe_type lobe_cook_torrance;
 /* The same of GGX with G2, single scattering: bsdf_add_under makes up for the rest. */
 extern const lobe_type lobe_ggx;
+/* The same where facets are rougher along the bsdf's tangent than across it: alpha_along, alpha. */
+extern const lobe_type lobe_grained;
 /* w (1 - E(wo)) (1 - E(wi)) / (pi (1 - E_avg)): what is under a GGX lobe of albedo E gets and
  * sends exactly what that lobe leaves (Kelemen and Szirmay-Kalos 2001), be it a diffuse base or the
  * light that facets scatter more than once (Kulla and Conty 2017). E is that of Schlick's lobe from
@@ -55,6 +57,10 @@ extern const lobe_type lobe_sheen;
 /* GGX of a roughness 0..1; a mirror where that is smoother than the lobe can be. In whitted,
  * mirror_share of it is a mirror, and all of it below roughness 0.05. NULL: it would do nothing. */
 lobe *bsdf_add_ggx(bsdf *b, dvec3 weight, double roughness, fresnel f, double mirror_share);
+/* The same, rougher along the bsdf's tangent the stronger the grain, 0..1: alpha there is mixed
+ * with 1 by its square (KHR_materials_anisotropy). */
+lobe *bsdf_add_grained(bsdf *b, dvec3 weight, double roughness, double grain, fresnel f,
+                       double mirror_share);
 /* What is under a GGX lobe of that roughness and of reflectance f0 .. f90. */
 lobe *bsdf_add_under(bsdf *b, dvec3 weight, double roughness, double f0, double f90);
 /* What the facets of a metal scatter more than once, r being its reflectance at normal incidence

@@ -1,6 +1,6 @@
 /* The material model of glTF 2.0: metallic-roughness (specification, appendix B) with
- * KHR_materials_ior, _specular, _transmission, _volume, _clearcoat, _sheen and, as `emission`,
- * _emissive_strength.
+ * KHR_materials_ior, _specular, _transmission, _volume, _clearcoat, _sheen, _anisotropy, _iridescence
+ * and, as `emission`, _emissive_strength.
  *
  *     dielectric = F GGX + (1 - F) (mix(diffuse, refracted, transmission))
  *     metal      = F_base GGX
@@ -10,9 +10,13 @@
  * appendix weighs the layers below by 1 - F(v.h), at grazing angles twice what arrives may leave;
  * here they get what the layer above leaves by its albedo (microfacet.h, lobe_under; coats of
  * bsdf.h), as the appendix allows. A metal has what its facets scatter more than once. What
- * transmits has Fresnel's formulas instead of Schlick's fit, and no specular factors. */
+ * transmits has Fresnel's formulas instead of Schlick's fit, and neither specular factors nor grain
+ * nor a film. Below facets with a grain lies what those of the smaller roughness leave, and below a
+ * film what Schlick's fit that is nowhere less than its reflectance leaves: a little is lost, nothing
+ * gained. */
 #include "materials/microfacet.h"
 #include "materials/material.h"
+#include "maths/functions.h"
 
 #define PRINCIPLED_FIELDS(F, T)                                                                    \
     MATERIAL_FIELDS(F, T)                                                                          \
@@ -39,7 +43,16 @@
     F(T, clearcoat_roughness, SCALAR, DEFAULT(0), RANGE(0, 1), "", "of the coat")                  \
     F(T, sheen_color, INPUT, DEFAULT(0, 0, 0), NOT_NEGATIVE, "", "of velvet's fibres; 0: none")    \
     F(T, sheen_roughness, SCALAR, DEFAULT(0), RANGE(0, 1), "",                                     \
-      "of the fibres; below 0.26 it counts as that")
+      "of the fibres; below 0.26 it counts as that")                                               \
+    F(T, anisotropy, SCALAR, DEFAULT(0), RANGE(0, 1), "",                                          \
+      "how much rougher it is along its grain: 1 is brushed metal")                                \
+    F(T, anisotropy_rotation, FLOAT, DEFAULT(0), ANY, "rad",                                       \
+      "of the grain, counter-clockwise from where u grows")                                        \
+    F(T, anisotropy_map, TEXTURE, NO_DEFAULT, ANY, "",                                             \
+      "the grain's direction as a colour, linear: red along u, green along v, as in a normal map") \
+    F(T, iridescence, SCALAR, DEFAULT(0), RANGE(0, 1), "", "strength of a thin film's colours")    \
+    F(T, iridescence_ior, FLOAT, DEFAULT(1.3f), RANGE(1, 10), "", "of the film")                   \
+    F(T, iridescence_thickness, SCALAR, DEFAULT(400), NOT_NEGATIVE, "nm", "of the film")
 DESCRIBE(principled, PRINCIPLED_FIELDS)
 
 static const double COAT_F0 = 0.04; /* an ior of 1.5 */
@@ -52,6 +65,7 @@ static bool has_volume(const principled_desc *m) {
 typedef struct look {
     dvec3 base, f0, metal_f0; /* f0: of the dielectric */
     double f90, metallic, roughness, transmission;
+    double grain, film, film_ior, film_thickness; /* film: how much of it there is */
 } look;
 
 static double scalar(const snell_input *input, const material_point *point) {
@@ -73,7 +87,25 @@ static look look_at(const principled_desc *m, const material_point *point) {
     k.transmission = scalar(&m->transmission, point);
     dvec3 tint = input_color(&m->specular_color, point->textures, &point->at);
     k.f0 = dvec3_scale(clamp_color(dvec3_scale(tint, fresnel_f0((double)m->ior))), k.f90);
+    k.grain = scalar(&m->anisotropy, point);
+    k.film = scalar(&m->iridescence, point);
+    k.film_ior = (double)m->iridescence_ior;
+    if (k.film > 0)
+        k.film_thickness =
+            double_max(0, input_scalar(&m->iridescence_thickness, point->textures, &point->at));
     return k;
+}
+
+/* The grain's direction, turned by the map and by the material's own angle. */
+static dvec3 grain_direction(const principled_desc *m, const material_point *point) {
+    double x = 1, y = 0;
+    if (m->anisotropy_map.index1) {
+        dvec3 c = texture_look_up(m->anisotropy_map, point->textures, &point->at).color;
+        x = 2 * c.x - 1, y = 2 * c.y - 1;
+    }
+    double c = fn_cos((double)m->anisotropy_rotation), s = fn_sin((double)m->anisotropy_rotation);
+    return dvec3_add(dvec3_scale(point->tangent, c * x - s * y),
+                     dvec3_scale(point->bitangent, s * x + c * y));
 }
 
 static fresnel schlick(dvec3 f0, double f90) {
@@ -99,14 +131,34 @@ static void add_coats(const principled_desc *m, const material_point *point, bsd
     out->coats[out->coat_count++] = (coating){true, dvec3_largest(sheen), alpha, 0};
 }
 
+static void add_facets(const look *k, double weight, fresnel f, bsdf *out) {
+    double gloss = 1 - k->roughness;
+    dvec3 all = {weight, weight, weight};
+    if (k->grain > 0)
+        bsdf_add_grained(out, all, k->roughness, k->grain, f, gloss * gloss);
+    else
+        bsdf_add_ggx(out, all, k->roughness, f, gloss * gloss);
+}
+
+static fresnel film_on(const look *k, dvec3 f0) {
+    return (fresnel){FRESNEL_FILM, f0, {k->film_ior, k->film_thickness, 0}};
+}
+
 static void add_base(const look *k, bsdf *out) {
-    double largest = dvec3_largest(k->f0), gloss = 1 - k->roughness;
+    double f0 = dvec3_largest(k->f0), f90 = k->f90;
+    if (k->film > 0) {
+        double bound = fresnel_film_bound(k->film_ior, k->film_thickness, k->f0);
+        f0 += (bound - f0) * k->film;
+        f90 += (1 - f90) * k->film;
+    }
     dvec3 diffuse = dvec3_scale(k->base, (1 - k->metallic) * (1 - k->transmission));
-    bsdf_add_under(out, diffuse, k->roughness, largest, k->f90);
-    bsdf_add_ggx(
-        out, (dvec3){1, 1, 1}, k->roughness,
+    bsdf_add_under(out, diffuse, k->roughness, f0, f90);
+    add_facets(
+        k, 1 - k->film,
         schlick(mix(k->f0, k->metal_f0, k->metallic), k->f90 * (1 - k->metallic) + k->metallic),
-        gloss * gloss);
+        out);
+    add_facets(k, k->film * (1 - k->metallic), film_on(k, k->f0), out);
+    add_facets(k, k->film * k->metallic, film_on(k, k->metal_f0), out);
 }
 
 /* The interface reflects for the whole surface; a metal adds what it reflects beyond that. */
@@ -131,6 +183,7 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
     const principled_desc *m = desc;
     look k = look_at(m, point);
     double passing = k.transmission * (1 - k.metallic);
+    if (k.grain > 0) out->tangent = grain_direction(m, point);
     if (has_volume(m)) *(point->outside ? &out->ior2 : &out->ior1) = (double)m->ior;
     out->ambient = dvec3_scale(out->ambient, (1 - k.metallic) * (1 - k.transmission));
     if (point->outside || !has_volume(m)) add_coats(m, point, out);
@@ -160,6 +213,10 @@ static bool is_thin(const void *desc) {
     return m->transmission.value.x > 0 && !(m->thickness > 0);
 }
 
+static bool is_grained(const void *desc) {
+    return ((const principled_desc *)desc)->anisotropy.value.x > 0;
+}
+
 const material_type material_principled = {
     .info = TYPE_INFO(CATEGORY_MATERIAL, principled, "principled",
                       "the glTF 2.0 model: metal, plastic, glass, varnish, velvet"),
@@ -167,4 +224,5 @@ const material_type material_principled = {
     .inside = inside,
     .bounds = bounds,
     .is_thin = is_thin,
+    .is_grained = is_grained,
 };

@@ -49,6 +49,15 @@ static bool is_thin(const scene *s, const object *o) {
     return false;
 }
 
+static bool is_grained(const scene *s, const object *o) {
+    const material_type *type = (const material_type *)o->type;
+    if (type->is_grained && type->is_grained(o->desc)) return true;
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (part->grained) return true;
+    return false;
+}
+
 /* Some materials are as opaque as those that they are made of. */
 static bool has_opaque_parts(const scene *s, const object *o) {
     if (((const material_type *)o->type)->opacity == NULL) return true;
@@ -137,9 +146,10 @@ static snell_status freeze_objects(scene *s, const description *d) {
         s->materials[i] = (material){.type = (const material_type *)o->type,
                                      .desc = o->desc,
                                      .opaque_alpha = opaque,
-                                     .textured = is_textured(s, o),
+                                     .textured = is_textured(s, o) || is_grained(s, o),
                                      .thin = is_thin(s, o),
-                                     .bends = bends(common)};
+                                     .bends = bends(common),
+                                     .grained = is_grained(s, o)};
         s->materials[i].shines = can_shine(s, &s->materials[i]);
         s->needs_footprint |= common->bump.texture.index1 != 0;
     }
@@ -356,8 +366,30 @@ static void set_place(const surface *local, const surface *world, bool has_coord
     place->dpdx = none;
     place->dpdy = none;
     place->dudx = place->dvdx = place->dudy = place->dvdy = 0;
+    out->at.tangent = out->at.bitangent = none;
     out->dpdu = world->dpdu;
     out->dpdv = world->dpdv;
+}
+
+mesh_corners scene_mesh_corners(const scene_instance *at, float time, uint32_t triangle) {
+    deforming_mesh room;
+    if (at->type != &primitive_deforming) return mesh_corners_of(at->shape, triangle);
+    return deforming_corners(deforming_pose(at->type, at->shape, time, &room), triangle);
+}
+
+static void set_second_uv(const scene_instance *at, float time, uint32_t triangle,
+                          texture_point *place) {
+    const mesh_desc *mesh = at->shape;
+    mesh_corners corners;
+    double weight[3], uv[2];
+    place->has_uv2 = false;
+    if (!mesh_is(at->type) || mesh->uvs2_count == 0) return;
+    corners = scene_mesh_corners(at, time, triangle);
+    if (!mesh_point_weights(&corners, place->local, weight)) return;
+    mesh_second_uv(mesh, triangle, &corners, weight, uv, &place->dpdu2, &place->dpdv2);
+    place->has_uv2 = true;
+    place->u2 = uv[0];
+    place->v2 = uv[1];
 }
 
 /* Through every level of groups; dpdu and dpdv only for those who look at them. */
@@ -389,6 +421,7 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
         surface local = *on;
         bring_to_world(at, &path, true, on);
         set_place(&local, on, has_uv(at, primitive), out);
+        set_second_uv(at, time, primitive, &out->at.at);
     } else {
         bring_to_world(at, &path, false, on);
     }

@@ -212,11 +212,14 @@ void scene_shade_point(const scene *s, const ray *r, const hit *h, shade_point *
  * afterwards `on` is in the world. */
 void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float time, surface *on,
                          dvec3 wo, shade_point *out);
+/* A triangle of an instance of a mesh, in its own space. */
+mesh_corners scene_mesh_corners(const scene_instance *at, float time, uint32_t triangle);
 /* shading.c: where rays carry differentials, the footprint of the hit, in *point and for its
  * textures. */
 void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d, const hit *h,
                          shade_point *point);
-/* Bends ns of a point whose material has a normal map or bump; after the footprint. */
+/* Bends ns of a point whose material has a normal map or bump, and finds the tangents of one that is
+ * grained; after the footprint. */
 void scene_bend_normal(const scene *s, shade_point *point);
 /* Of a hit: its texture coordinates; and where its point of the surface is at another time, in the
  * world (what moves is known while a camera's shutter is open). Slower than what rays need. */

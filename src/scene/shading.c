@@ -70,12 +70,29 @@ static double signed_component(double c) {
     return (value < 0 ? dead - size : size - dead) / (1 - dead);
 }
 
+/* A mesh that brings tangents. false: there are none, or none here. */
+static bool given_frame(const scene_instance *at, const shade_point *p, dvec3 n, dvec3 *t,
+                        dvec3 *b) {
+    const mesh_desc *mesh = at->shape;
+    double weight[3], sign;
+    if (!mesh_is(at->type) || mesh->tangents_count == 0) return false;
+    mesh_corners corners = scene_mesh_corners(at, p->time, p->primitive);
+    if (!mesh_point_weights(&corners, p->at.at.local, weight)) return false;
+    dvec3 given = transform_vector(&at->to_world, mesh_tangent(mesh, p->primitive, weight, &sign));
+    dvec3 along = dvec3_sub(given, dvec3_scale(n, dvec3_dot(n, given)));
+    if (!(dvec3_length(along) > 1e-6 * dvec3_length(given))) return false;
+    *t = dvec3_normalize(along);
+    *b = dvec3_scale(dvec3_cross(n, *t), transform_determinant(&at->to_world) < 0 ? -sign : sign);
+    return true;
+}
+
 /* Right-handed or not as u and v are, so that green is up on mirrored uvs too. false: u has no
  * direction. */
-static bool tangent_frame(const scene_instance *at, const texture *map, const shade_point *p,
-                          dvec3 n, dvec3 *t, dvec3 *b) {
+static bool tangent_frame(const scene_instance *at, int map, const shade_point *p, dvec3 n,
+                          dvec3 *t, dvec3 *b) {
     dvec3 u, v;
-    texture_axes(map->map, &p->at.at, &u, &v);
+    if ((map == MAP_UV || map == MAP_AUTO) && given_frame(at, p, n, t, b)) return true;
+    texture_axes(map, &p->at.at, &u, &v);
     u = transform_vector(&at->to_world, u);
     v = transform_vector(&at->to_world, v);
     dvec3 along = dvec3_sub(u, dvec3_scale(n, dvec3_dot(n, u)));
@@ -95,7 +112,7 @@ static dvec3 mapped_normal(const scene_instance *at, const material_common *m, c
            z = 2 * color.z - 1;
     const texture *map = &textures[m->normal_map.index1 - 1];
     dvec3 t, b;
-    if ((x == 0 && y == 0) || !tangent_frame(at, map, p, n, &t, &b)) return n;
+    if ((x == 0 && y == 0) || !tangent_frame(at, map->map, p, n, &t, &b)) return n;
     return dvec3_normalize(
         dvec3_add(dvec3_scale(n, z), dvec3_add(dvec3_scale(t, x), dvec3_scale(b, y))));
 }
@@ -103,7 +120,7 @@ static dvec3 mapped_normal(const scene_instance *at, const material_common *m, c
 /* Half the distance of the two heights that a slope is taken from, metres: half the footprint, and
  * not so little that rounded coordinates show. */
 static double bump_step(const texture *t, const shade_point *p) {
-    bool by_uv = t->map == MAP_UV || (t->map == MAP_AUTO && p->at.at.has_uv);
+    bool by_uv = t->map == MAP_UV || t->map == MAP_UV2 || (t->map == MAP_AUTO && p->at.at.has_uv);
     double unit = double_min(dvec3_length(p->dpdu), dvec3_length(p->dpdv));
     double least = 0x1p-15 * (by_uv && unit > 0 ? unit : 1);
     if (!p->has_footprint) return least;
@@ -117,6 +134,11 @@ static double height_at(const material_common *m, const shade_point *p, dvec3 st
     texture_uv_change(place.dpdu, place.dpdv, step_local, &du, &dv);
     place.u += du;
     place.v += dv;
+    if (place.has_uv2) {
+        texture_uv_change(place.dpdu2, place.dpdv2, step_local, &du, &dv);
+        place.u2 += du;
+        place.v2 += dv;
+    }
     place.local = dvec3_add(place.local, step_local);
     return input_scalar(&m->bump, p->at.textures, &place);
 }
@@ -145,9 +167,15 @@ static dvec3 kept_above(dvec3 good, dvec3 wanted, dvec3 w) {
     return dvec3_normalize(dvec3_add(dvec3_scale(good, 1 - part), dvec3_scale(wanted, part)));
 }
 
-void scene_bend_normal(const scene *s, shade_point *p) {
-    posed_instance moved;
-    const scene_instance *at = scene_posed(s, p->instance, p->time, &moved);
+/* Of a grained material; nothing where u has no direction. */
+static void find_tangents(const scene_instance *at, shade_point *p) {
+    dvec3 n = p->outside ? p->ns : dvec3_negate(p->ns), t, b;
+    if (!tangent_frame(at, MAP_AUTO, p, n, &t, &b)) return;
+    p->at.tangent = t;
+    p->at.bitangent = b;
+}
+
+static void bend(const scene_instance *at, shade_point *p) {
     const material_common *m = p->material->desc;
     dvec3 n = p->outside ? p->ns : dvec3_negate(p->ns);
     if (m->normal_map.index1) n = mapped_normal(at, m, p, n);
@@ -156,4 +184,11 @@ void scene_bend_normal(const scene *s, shade_point *p) {
     if (!is_tame(n)) return;
     n = kept_above(p->ns, n, p->n);
     p->ns = kept_above(p->ns, n, p->wo);
+}
+
+void scene_bend_normal(const scene *s, shade_point *p) {
+    posed_instance moved;
+    const scene_instance *at = scene_posed(s, p->instance, p->time, &moved);
+    if (p->material->bends) bend(at, p);
+    if (p->material->grained) find_tangents(at, p);
 }

@@ -52,6 +52,7 @@ double input_scalar(const snell_input *input, const texture *textures, const tex
 /* ---- maps ---- */
 
 static int resolve(int map, const texture_point *point) {
+    if (map == MAP_UV2) return point->has_uv2 ? MAP_UV2 : MAP_UV;
     if (map != MAP_AUTO) return map;
     return point->has_uv ? MAP_UV : MAP_OBJECT;
 }
@@ -89,6 +90,13 @@ static map_point map_spherical(const texture_point *point) {
     return place(0.5 + fn_atan2(p.x, p.z) / (2 * PI), 1 - fn_acos(height) / PI, point, du, dv);
 }
 
+static map_point map_second(const texture_point *point) {
+    map_point at = {.u = rounded(point->u2), .v = rounded(point->v2)};
+    texture_uv_change(point->dpdu2, point->dpdv2, point->dpdx, &at.dudx, &at.dvdx);
+    texture_uv_change(point->dpdu2, point->dpdv2, point->dpdy, &at.dudy, &at.dvdy);
+    return at;
+}
+
 static const dvec3 x_axis = {1, 0, 0}, y_axis = {0, 1, 0}, z_axis = {0, 0, 1};
 
 map_point texture_map(int map, const texture_point *point) {
@@ -97,6 +105,7 @@ map_point texture_map(int map, const texture_point *point) {
     case MAP_UV:
         return (map_point){rounded(point->u), rounded(point->v), point->dudx,
                            point->dvdx,       point->dudy,       point->dvdy};
+    case MAP_UV2: return map_second(point);
     case MAP_XZ: return place(p.x, p.z, point, x_axis, z_axis);
     case MAP_SPHERICAL: return map_spherical(point);
     default: return place(p.x, p.y, point, x_axis, y_axis);
@@ -162,6 +171,10 @@ void texture_axes(int map, const texture_point *point, dvec3 *along_u, dvec3 *al
     case MAP_UV:
         *along_u = point->dpdu;
         *along_v = point->dpdv;
+        break;
+    case MAP_UV2:
+        *along_u = point->dpdu2;
+        *along_v = point->dpdv2;
         break;
     case MAP_XZ: *along_v = z_axis; break;
     case MAP_SPHERICAL: /* east and north */

@@ -12,6 +12,9 @@ typedef struct texture_point {
     dvec3 local;      /* the point in the shape's own space, metres */
     dvec3 n;          /* its normal there, unit */
     dvec3 dpdu, dpdv; /* how `local` moves with u, v; 0: not smoothly */
+    bool has_uv2;     /* of a mesh with a second set; else the rest is not set */
+    double u2, v2;
+    dvec3 dpdu2, dpdv2;
     /* The footprint: how far the point is from that of the picture's next sample to the right (x) and
      * down (y). All 0: unknown, a point. */
     dvec3 dpdx, dpdy;
@@ -68,9 +71,10 @@ texel texture_look_up(snell_texture_id id, const texture *textures, const textur
  * object     x, y of the point in the shape's space: projected along z
  * xz         x, z: projected along y, for floors
  * triplanar  projected along x, y and z, as on the faces of a box, and blended by the normal^4
- * spherical  longitude and latitude about +Y seen from the shape's origin, as on a sphere */
-#define MAP_CHOICES "auto|uv|object|xz|triplanar|spherical"
-enum { MAP_AUTO, MAP_UV, MAP_OBJECT, MAP_XZ, MAP_TRIPLANAR, MAP_SPHERICAL };
+ * spherical  longitude and latitude about +Y seen from the shape's origin, as on a sphere
+ * uv2        a mesh's second set of texture coordinates; where there is none, uv */
+#define MAP_CHOICES "auto|uv|object|xz|triplanar|spherical|uv2"
+enum { MAP_AUTO, MAP_UV, MAP_OBJECT, MAP_XZ, MAP_TRIPLANAR, MAP_SPHERICAL, MAP_UV2 };
 
 /* Two coordinates and their footprint. */
 typedef struct map_point {
