@@ -78,6 +78,9 @@ const char *snell_features(const char **missing) {
 #if !SNELL_HAS_WEBP
                                   " webp"
 #endif
+#if !SNELL_HAS_DRACO
+                                  " draco"
+#endif
 #if !SNELL_HAS_SIMD
                                   " avx2 avx512"
 #endif
@@ -95,6 +98,9 @@ const char *snell_features(const char **missing) {
 #endif
 #if SNELL_HAS_WEBP
            " webp"
+#endif
+#if SNELL_HAS_DRACO
+           " draco"
 #endif
 #if SNELL_HAS_SIMD
            " avx2 avx512"

@@ -172,7 +172,15 @@ static const char *const known_extensions[] = {
     "KHR_lights_punctual",        "KHR_materials_unlit",     "KHR_materials_emissive_strength",
     "KHR_materials_transmission", "KHR_materials_ior",       "KHR_materials_volume",
     "KHR_materials_specular",     "KHR_materials_clearcoat", "KHR_materials_sheen",
-    "KHR_texture_transform",      "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing"};
+    "KHR_materials_anisotropy",   "KHR_materials_iridescence", "KHR_materials_pbrSpecularGlossiness",
+    "KHR_texture_transform",      "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing",
+#if SNELL_HAS_WEBP
+    "EXT_texture_webp",
+#endif
+#if SNELL_HAS_DRACO
+    "KHR_draco_mesh_compression",
+#endif
+};
 
 static bool is_known(const char *extension) {
     for (size_t i = 0; i < sizeof known_extensions / sizeof known_extensions[0]; i++)

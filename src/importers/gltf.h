@@ -38,7 +38,8 @@ typedef struct image_entry {
 typedef struct texture_entry { /* made before: see gltf_texture */
     uint32_t texture;
     int use;
-    float transform[5];
+    bool second; /* looked up by the mesh's second set of texture coordinates */
+    float ramp[2], transform[5];
     snell_texture_id id;
 } texture_entry;
 
@@ -94,7 +95,8 @@ typedef struct gltf {
     bool posed; /* an animation moves it: tracks and times are set */
     float times[CLOCK_TIMES];
     double duration; /* of the animation, seconds */
-    bool uv_sets_warned;
+    double size;     /* see gltf_scene_size; 0: not known yet */
+    unsigned uv_sets[2]; /* of the material that is being read */
     name_set names;
 } gltf;
 
@@ -144,14 +146,19 @@ snell_status gltf_accessor_floats(gltf *g, size_t index, unsigned components, co
 /* The same for whole numbers: unsigned component types only. */
 snell_status gltf_accessor_uints(gltf *g, size_t index, unsigned components, const char *where,
                                  uint32_t **out);
+/* The bytes of a view, not owned. */
+snell_status gltf_view_bytes(gltf *g, size_t index, const uint8_t **data, size_t *size);
 /* The bytes of an image: from a view (not owned) or a URI (owned). */
 snell_status gltf_image_bytes(gltf *g, size_t index, byte_block *out);
 
 /* ---- materials ---- */
 /* index SIZE_MAX: the default material. */
 snell_status gltf_material(gltf *g, size_t index, uint32_t *out);
-/* The set of texture coordinates that the material's base colour (or else emission) uses. */
-unsigned gltf_material_uv_set(const gltf *g, size_t index);
+/* The set of texture coordinates that the material's base colour (or else emission, ...) uses, and the
+ * next one that another texture does. */
+#define NO_UV_SET 0x100u
+void gltf_material_uv_sets(const gltf *g, size_t index, unsigned sets[2]);
+bool gltf_material_has_grain(const gltf *g, size_t index); /* looks along tangents */
 bool gltf_material_has_alpha(const gltf *g, size_t index);
 
 /* ---- meshes ---- */
@@ -172,6 +179,10 @@ void gltf_free_animation(gltf *g);
 
 /* ---- nodes ---- */
 snell_status gltf_read_scene(gltf *g);
+/* How much longer things become, in the mean of all directions; 1 where that is 0. */
+double gltf_scale(const dmat *a);
+/* The diagonal of the box about all meshes that nodes draw, by what their accessors say, metres. */
+double gltf_scene_size(gltf *g);
 /* At the clock's time number i. */
 static inline const dmat *gltf_world_at(const gltf_node *node, int i) {
     return node->worlds ? &node->worlds[i] : &node->world;

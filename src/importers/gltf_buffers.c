@@ -303,6 +303,11 @@ static snell_status view_bytes(gltf *g, size_t index, size_t offset, const uint8
     return status;
 }
 
+snell_status gltf_view_bytes(gltf *g, size_t index, const uint8_t **data, size_t *size) {
+    *size = json_index(json_item(g, "bufferViews", index), "byteLength", 0);
+    return view_bytes(g, index, 0, data);
+}
+
 snell_status gltf_image_bytes(gltf *g, size_t index, byte_block *out) {
     const json_t *image = json_item(g, "images", index);
     const char *uri = json_text(image, "uri");

@@ -69,11 +69,29 @@ static snell_status check_indices(gltf *g, const json_t *primitive, const char *
                       accessor);
 }
 
+static snell_status check_draco(gltf *g, const json_t *primitive, const char *where) {
+    const json_t *draco = json_extension(primitive, "KHR_draco_mesh_compression");
+    size_t mode = json_index(primitive, "mode", 4);
+    const char *name;
+    json_t *value;
+    if (draco == NULL) return SNELL_OK;
+    if (mode != 4 && mode != 5)
+        return gltf_error(g, SNELL_ERR_SYNTAX, where, "Draco compresses triangles only");
+    json_object_foreach(json_at(draco, "attributes"), name, value) {
+        bool known = json_at(json_at(primitive, "attributes"), name) != NULL;
+        if (!json_is_integer(value) || json_integer_value(value) < 0 || !known)
+            return gltf_error(g, SNELL_ERR_SYNTAX, where,
+                              "KHR_draco_mesh_compression: %.60s is not an attribute's number", name);
+    }
+    return SNELL_OK;
+}
+
 static snell_status check_primitive(gltf *g, const json_t *primitive, const char *where) {
     size_t count = SIZE_MAX;
     char inner[JSON_PATH_SIZE];
     snprintf(inner, sizeof inner, "%.150s.attributes", where);
     snell_status status = check_attributes(g, json_at(primitive, "attributes"), inner, &count);
+    if (!status) status = check_draco(g, primitive, where);
     if (!status) status = check_indices(g, primitive, where);
     const json_t *targets = json_at(primitive, "targets");
     for (size_t i = 0; i < json_array_size(targets) && !status; i++) {

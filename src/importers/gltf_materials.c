@@ -41,6 +41,12 @@ static snell_status load_image(gltf *g, size_t index, const decoded_image **out)
 /* USE_RED and so on: one channel as data. */
 enum { USE_COLOR, USE_ALPHA, USE_DATA, USE_RED, USE_GREEN, USE_BLUE };
 
+/* What becomes of a channel, 0..1: at + slope times it. */
+typedef struct ramp {
+    float at, slope;
+} ramp;
+static const ramp as_it_is = {0, 1};
+
 enum {
     GL_NEAREST = 9728,
     GL_LINEAR = 9729,
@@ -74,8 +80,9 @@ static snell_vec3 turned_offset(const float t[5]) {
 }
 
 static snell_status add_texture(gltf *g, const char *where, size_t sampler_index,
-                                const float placing[5], const decoded_image *pixels, int use,
+                                const texture_entry *key, const decoded_image *pixels,
                                 snell_texture_id *out) {
+    const float *placing = key->transform;
     const json_t *sampler =
         sampler_index == SIZE_MAX ? NULL : json_item(g, "samplers", sampler_index);
     size_t filter = json_index(sampler, "magFilter", GL_LINEAR);
@@ -85,11 +92,11 @@ static snell_status add_texture(gltf *g, const char *where, size_t sampler_index
         {"height", SNELL_PARAM_INT, {.i = pixels->height}},
         {"format", SNELL_PARAM_STRING, {.s = image_format_word(pixels)}},
         {"pixels", SNELL_PARAM_ARRAY, {.array = {pixels->pixels, size}}},
-        {"encoding", SNELL_PARAM_STRING, {.s = use == USE_COLOR ? "srgb" : "linear"}},
+        {"encoding", SNELL_PARAM_STRING, {.s = key->use == USE_COLOR ? "srgb" : "linear"}},
         {"wrap_u", SNELL_PARAM_STRING, {.s = wrap_word(json_index(sampler, "wrapS", GL_REPEAT))}},
         {"wrap_v", SNELL_PARAM_STRING, {.s = wrap_word(json_index(sampler, "wrapT", GL_REPEAT))}},
         {"filter", SNELL_PARAM_STRING, {.s = filter == GL_NEAREST ? "nearest" : "linear"}},
-        {"map", SNELL_PARAM_STRING, {.s = "uv"}},
+        {"map", SNELL_PARAM_STRING, {.s = key->second ? "uv2" : "uv"}},
         {"uv_offset", SNELL_PARAM_VEC3, {.v = turned_offset(placing)}},
         {"uv_scale", SNELL_PARAM_VEC3, {.v = {placing[3], placing[4], 0}}},
         {"uv_rotation", SNELL_PARAM_FLOAT, {.f = (double)placing[2]}},
@@ -108,7 +115,8 @@ static snell_status add_texture(gltf *g, const char *where, size_t sampler_index
 static texture_entry *find_texture(gltf *g, const texture_entry *key) {
     for (size_t i = 0; i < g->texture_count; i++) {
         texture_entry *t = &g->textures[i];
-        if (t->texture == key->texture && t->use == key->use &&
+        if (t->texture == key->texture && t->use == key->use && t->second == key->second &&
+            memcmp(t->ramp, key->ramp, sizeof key->ramp) == 0 &&
             memcmp(t->transform, key->transform, sizeof key->transform) == 0)
             return t;
     }
@@ -117,22 +125,96 @@ static texture_entry *find_texture(gltf *g, const texture_entry *key) {
 
 /* The image that a texture of the file shows; SIZE_MAX: none that can be read. */
 static size_t texture_image(const gltf *g, size_t texture) {
-    return json_index(json_item(g, "textures", texture), "source", SIZE_MAX);
+    const json_t *item = json_item(g, "textures", texture);
+    size_t plain = json_index(item, "source", SIZE_MAX);
+    if (!SNELL_HAS_WEBP && plain != SIZE_MAX) return plain;
+    return json_index(json_extension(item, "EXT_texture_webp"), "source", plain);
 }
 
-static snell_status copy_part(const decoded_image *image, int use, decoded_image *out) {
-    if (use == USE_ALPHA) return image_copy_alpha(image, out);
-    if (use >= USE_RED) return image_copy_channel(image, (uint32_t)(use - USE_RED), out);
-    return image_copy_color(image, out);
+static snell_status copy_part(const decoded_image *image, const texture_entry *key,
+                              decoded_image *out) {
+    int use = key->use;
+    float at = key->ramp[0], slope = key->ramp[1];
+    snell_status status = use == USE_ALPHA ? image_copy_alpha(image, out)
+                          : use >= USE_RED ? image_copy_channel(image, (uint32_t)(use - USE_RED), out)
+                                           : image_copy_color(image, out);
+    if (status || (at == 0 && slope == 1)) return status;
+    size_t size = (size_t)out->width * out->height * out->channels;
+    for (size_t i = 0; i < size; i++)
+        out->pixels[i] =
+            (uint8_t)(clamp01((double)at + (double)slope * out->pixels[i] / 255) * 255 + 0.5);
+    return status;
+}
+
+/* ---- sets of texture coordinates: a mesh keeps two, chosen by its material ---- */
+
+static unsigned uv_set(const json_t *info) {
+    const json_t *changed = json_extension(info, "KHR_texture_transform");
+    return (unsigned)json_index(changed, "texCoord", json_index(info, "texCoord", 0)) & 0xff;
+}
+
+/* Whose texture coordinates come first. */
+static const json_t *main_texture(const json_t *material) {
+    const json_t *base = json_at(json_at(material, "pbrMetallicRoughness"), "baseColorTexture"),
+                 *glossy = json_extension(material, "KHR_materials_pbrSpecularGlossiness"),
+                 *emissive = json_at(material, "emissiveTexture");
+    const json_t *normal = json_at(material, "normalTexture");
+    if (json_at(glossy, "diffuseTexture")) base = json_at(glossy, "diffuseTexture");
+    if (base || emissive || normal) return base ? base : emissive ? emissive : normal;
+    return json_at(json_at(material, "pbrMetallicRoughness"), "metallicRoughnessTexture");
+}
+
+/* Is it a texture that this reader shows? */
+static bool is_texture(const char *key) {
+    static const char *const lost[] = {"occlusionTexture", "thicknessTexture",
+                                       "clearcoatNormalTexture"};
+    size_t length = strlen(key);
+    for (size_t i = 0; i < sizeof lost / sizeof lost[0]; i++)
+        if (strcmp(key, lost[i]) == 0) return false;
+    return length > 7 && strcmp(key + length - 7, "Texture") == 0;
+}
+
+/* The lowest set besides the first that textures in `value` use; the depth of the JSON is bounded. */
+static unsigned second_set(const json_t *value, unsigned first) {
+    unsigned found = NO_UV_SET;
+    const char *key;
+    json_t *inner;
+    json_object_foreach((json_t *)(uintptr_t)value, key, inner) {
+        if (!json_is_object(inner)) continue;
+        unsigned set = is_texture(key) ? uv_set(inner) : second_set(inner, first);
+        if (set != first && set < found) found = set;
+    }
+    return found;
+}
+
+void gltf_material_uv_sets(const gltf *g, size_t index, unsigned sets[2]) {
+    const json_t *material = index == SIZE_MAX ? NULL : json_item(g, "materials", index);
+    sets[0] = uv_set(main_texture(material));
+    sets[1] = second_set(material, sets[0]);
+}
+
+/* Which of the material's two sets a texture uses. */
+static snell_status choose_set(gltf *g, const json_t *info, bool *second) {
+    unsigned set = uv_set(info);
+    *second = set != g->uv_sets[0];
+    if (!*second || set == g->uv_sets[1]) return SNELL_OK;
+    *second = false;
+    return gltf_warn(g, "a material's textures use three sets of texture coordinates: two are kept, "
+                        "and the third looks up as the base colour does");
 }
 
 /* The texture of a textureInfo, made once per use; id 0 when its image is missing, or when its
  * alpha is wanted and it is opaque everywhere. */
-static snell_status gltf_texture(gltf *g, const json_t *info, int use, snell_texture_id *out) {
+static snell_status gltf_texture(gltf *g, const json_t *info, int use, ramp change,
+                                 snell_texture_id *out) {
     *out = (snell_texture_id){0, 0};
     if (info == NULL) return SNELL_OK;
-    texture_entry key = {.texture = (uint32_t)json_index(info, "index", 0), .use = use};
+    texture_entry key = {.texture = (uint32_t)json_index(info, "index", 0),
+                         .use = use,
+                         .ramp = {change.at, change.slope}};
     read_transform(info, key.transform);
+    snell_status status = choose_set(g, info, &key.second);
+    if (status) return status;
     const texture_entry *made = find_texture(g, &key);
     if (made) {
         *out = made->id;
@@ -144,14 +226,14 @@ static snell_status gltf_texture(gltf *g, const json_t *info, int use, snell_tex
     const decoded_image *image = NULL;
     if (image_index == SIZE_MAX)
         return gltf_warn(g, "%s: has no image; the plain colour is used", where);
-    snell_status status = load_image(g, image_index, &image);
+    status = load_image(g, image_index, &image);
     if (status) return status;
     if (image && (use != USE_ALPHA || image_has_alpha(image))) {
         decoded_image part;
-        status = copy_part(image, use, &part);
+        status = copy_part(image, &key, &part);
         if (!status) {
             size_t sampler = json_index(json_item(g, "textures", key.texture), "sampler", SIZE_MAX);
-            status = add_texture(g, where, sampler, key.transform, &part, use, &key.id);
+            status = add_texture(g, where, sampler, &key, &part, &key.id);
             image_free(&part);
         }
         if (status) return status;
@@ -171,7 +253,10 @@ typedef struct layers {
         sheen_roughness;
     double thickness, attenuation_distance;
     snell_vec3 attenuation_color;
-    bool has_specular, has_clearcoat, has_sheen;
+    snell_input anisotropy, iridescence, film_thickness;
+    snell_texture_id grain;
+    double grain_rotation, film_ior;
+    bool has_specular, has_clearcoat, has_sheen, has_grain, has_film;
 } layers;
 
 typedef struct surface {
@@ -181,7 +266,7 @@ typedef struct surface {
     double normal_scale;
     bool has_emission, has_alpha, two_sided;
     snell_input metallic, roughness;
-    double cutoff, ior;
+    double cutoff, ior, opacity;
     layers layers;
 } surface;
 
@@ -262,6 +347,16 @@ static void add_layers(params *p, const layers *k) {
         add_input(p, "sheen_color", k->sheen_color);
         add_input(p, "sheen_roughness", k->sheen_roughness);
     }
+    if (k->has_grain) {
+        add_input(p, "anisotropy", k->anisotropy);
+        add_float(p, "anisotropy_rotation", k->grain_rotation);
+        add_param(p, (snell_param){"anisotropy_map", SNELL_PARAM_TEXTURE, {.texture = k->grain}});
+    }
+    if (k->has_film) {
+        add_input(p, "iridescence", k->iridescence);
+        add_float(p, "iridescence_ior", k->film_ior);
+        add_input(p, "iridescence_thickness", k->film_thickness);
+    }
 }
 
 static snell_status add_principled(gltf *g, const surface *s, uint32_t *out) {
@@ -275,46 +370,27 @@ static snell_status add_principled(gltf *g, const surface *s, uint32_t *out) {
     return add_material(g, s, "principled", &p, s->name, out);
 }
 
-static unsigned uv_set(const json_t *info) {
-    const json_t *changed = json_extension(info, "KHR_texture_transform");
-    return (unsigned)json_index(changed, "texCoord", json_index(info, "texCoord", 0)) & 0xff;
-}
-
-/* Whose texture coordinates the material's meshes have. */
-static const json_t *main_texture(const json_t *material) {
-    const json_t *base = json_at(json_at(material, "pbrMetallicRoughness"), "baseColorTexture"),
-                 *emissive = json_at(material, "emissiveTexture");
-    const json_t *normal = json_at(material, "normalTexture");
-    if (base || emissive || normal) return base ? base : emissive ? emissive : normal;
-    return json_at(json_at(material, "pbrMetallicRoughness"), "metallicRoughnessTexture");
-}
-
-/* A mesh keeps one set of texture coordinates, that of the base colour. */
-static snell_status warn_of_uv_sets(gltf *g, const json_t *material) {
-    unsigned used = uv_set(main_texture(material));
-    const char *const others[] = {"emissiveTexture", "normalTexture"};
-    bool differ = false;
-    for (int i = 0; i < 2; i++) {
-        const json_t *info = json_at(material, others[i]);
-        differ |= info && uv_set(info) != used;
-    }
-    if (g->uv_sets_warned || !differ) return SNELL_OK;
-    g->uv_sets_warned = true;
-    return gltf_warn(g,
-                     "a material's textures use several sets of texture coordinates: that of the "
-                     "base colour is used for all");
-}
-
 /* One warning for everything that a material has and this version does not show. */
 static snell_status warn_of_losses(gltf *g, const json_t *material) {
     snell_status status = SNELL_OK;
     if (json_at(material, "occlusionTexture"))
-        status = gltf_warn(g, "occlusion maps are not supported: ignored");
+        status = gltf_warn(g, "occlusion maps are ignored: what hides light is computed");
     if (!status && json_at(json_extension(material, "KHR_materials_volume"), "thicknessTexture"))
         status = gltf_warn(g, "thickness maps are not needed: closed shapes have a thickness");
     if (!status &&
         json_at(json_extension(material, "KHR_materials_clearcoat"), "clearcoatNormalTexture"))
         status = gltf_warn(g, "normal maps of a clearcoat are not supported: ignored");
+    if (!status && json_number(json_extension(material, "KHR_materials_dispersion"), "dispersion", 0) > 0)
+        status = gltf_warn(g, "KHR_materials_dispersion is not supported: all colours are refracted "
+                              "alike");
+    bool passes = json_number(json_extension(material, "KHR_materials_transmission"),
+                              "transmissionFactor", 0) > 0;
+    const json_t *thin = json_extension(material, "KHR_materials_iridescence"),
+                 *grain = json_extension(material, "KHR_materials_anisotropy");
+    if (!status && passes && json_number(thin, "iridescenceFactor", 0) > 0)
+        status = gltf_warn(g, "the iridescence of what transmits is not supported: ignored");
+    if (!status && passes && json_number(grain, "anisotropyStrength", 0) > 0)
+        status = gltf_warn(g, "the anisotropy of what transmits is not supported: ignored");
     return status;
 }
 
@@ -324,7 +400,7 @@ static snell_status warn_of_losses(gltf *g, const json_t *material) {
 static snell_status read_scalar(gltf *g, const json_t *from, const char *factor, double otherwise,
                                 const char *texture, int use, snell_input *out) {
     *out = grey(json_number(from, factor, otherwise));
-    return gltf_texture(g, json_at(from, texture), use, &out->texture);
+    return gltf_texture(g, json_at(from, texture), use, as_it_is, &out->texture);
 }
 
 static snell_status read_color(gltf *g, const json_t *from, const char *factor, double otherwise,
@@ -332,7 +408,7 @@ static snell_status read_color(gltf *g, const json_t *from, const char *factor, 
     double c[3] = {otherwise, otherwise, otherwise};
     json_numbers(from, factor, c, 3);
     out->value = (snell_vec3){(float)c[0], (float)c[1], (float)c[2]};
-    return gltf_texture(g, json_at(from, texture), USE_COLOR, &out->texture);
+    return gltf_texture(g, json_at(from, texture), USE_COLOR, as_it_is, &out->texture);
 }
 
 static void read_volume(const json_t *volume, layers *k) {
@@ -350,15 +426,16 @@ static snell_status read_layers(gltf *g, const json_t *material, layers *k) {
                  *sheen = json_extension(material, "KHR_materials_sheen"),
                  *transmission = json_extension(material, "KHR_materials_transmission");
     read_volume(json_extension(material, "KHR_materials_volume"), k);
-    k->has_specular = specular != NULL;
+    bool glossy = k->has_specular; /* read already */
+    k->has_specular |= specular != NULL;
     k->has_clearcoat = json_number(clearcoat, "clearcoatFactor", 0) > 0;
     k->has_sheen = sheen != NULL;
     snell_status status = read_scalar(g, transmission, "transmissionFactor", 0,
                                       "transmissionTexture", USE_RED, &k->transmission);
-    if (!status)
+    if (!status && !glossy)
         status = read_scalar(g, specular, "specularFactor", 1, "specularTexture", USE_ALPHA,
                              &k->specular);
-    if (!status)
+    if (!status && !glossy)
         status = read_color(g, specular, "specularColorFactor", 1, "specularColorTexture",
                             &k->specular_color);
     if (!status)
@@ -375,16 +452,86 @@ static snell_status read_layers(gltf *g, const json_t *material, layers *k) {
     return status;
 }
 
-static snell_status read_base(gltf *g, const json_t *material, surface *s) {
-    const json_t *pbr = json_at(material, "pbrMetallicRoughness"),
-                 *info = json_at(pbr, "baseColorTexture");
+/* KHR_materials_anisotropy: red and green are a direction, blue the strength. */
+static snell_status read_grain(gltf *g, const json_t *material, layers *k) {
+    const json_t *grain = json_extension(material, "KHR_materials_anisotropy");
+    k->has_grain = json_number(grain, "anisotropyStrength", 0) > 0;
+    if (!k->has_grain) return SNELL_OK;
+    k->grain_rotation = json_number(grain, "anisotropyRotation", 0);
+    snell_status status = read_scalar(g, grain, "anisotropyStrength", 0, "anisotropyTexture",
+                                      USE_BLUE, &k->anisotropy);
+    if (status) return status;
+    return gltf_texture(g, json_at(grain, "anisotropyTexture"), USE_DATA, as_it_is, &k->grain);
+}
+
+/* KHR_materials_iridescence: the thickness goes from the minimum to the maximum with the texture's
+ * green; without one it is the maximum. */
+static snell_status read_film(gltf *g, const json_t *material, layers *k) {
+    const json_t *about = json_extension(material, "KHR_materials_iridescence");
+    k->has_film = json_number(about, "iridescenceFactor", 0) > 0;
+    if (!k->has_film) return SNELL_OK;
+    double ior = json_number(about, "iridescenceIor", 1.3),
+           least = json_number(about, "iridescenceThicknessMinimum", 100),
+           most = json_number(about, "iridescenceThicknessMaximum", 400),
+           largest = double_max(double_max(least, most), 1e-3);
+    k->film_ior = double_min(ior, 10);
+    snell_status status = read_scalar(g, about, "iridescenceFactor", 0, "iridescenceTexture",
+                                      USE_RED, &k->iridescence);
+    ramp change = {(float)(least / largest), (float)((most - least) / largest)};
+    k->film_thickness = grey(most);
+    if (!status)
+        status = gltf_texture(g, json_at(about, "iridescenceThicknessTexture"), USE_GREEN, change,
+                              &k->film_thickness.texture);
+    if (k->film_thickness.texture.index1) k->film_thickness.value = grey(largest).value;
+    return status;
+}
+
+/* KHR_materials_pbrSpecularGlossiness: a dielectric whose reflectance at normal incidence is given.
+ * principled has it as a factor of that of its ior. */
+static snell_status read_glossy(gltf *g, const json_t *glossy, surface *s) {
+    const double f0 = 0.04; /* of ior 1.5 */
+    const json_t *map = json_at(glossy, "specularGlossinessTexture");
+    double factor[4] = {1, 1, 1, 1}, gloss = json_number(glossy, "glossinessFactor", 1);
+    json_numbers(glossy, "diffuseFactor", factor, 4);
+    s->base.value = (snell_vec3){(float)factor[0], (float)factor[1], (float)factor[2]};
+    s->opacity = factor[3];
+    s->metallic = grey(0);
+    s->roughness = grey(1 - gloss);
+    s->layers.specular = grey(1);
+    s->layers.has_specular = true;
+    snell_status status =
+        gltf_texture(g, json_at(glossy, "diffuseTexture"), USE_COLOR, as_it_is, &s->base.texture);
+    ramp change = {1, (float)-gloss};
+    if (!status) status = gltf_texture(g, map, USE_ALPHA, change, &s->roughness.texture);
+    if (s->roughness.texture.index1) s->roughness.value = grey(1).value;
+    snell_input *color = &s->layers.specular_color;
+    if (!status)
+        status = read_color(g, glossy, "specularFactor", 1, "specularGlossinessTexture", color);
+    color->value.x = (float)((double)color->value.x / f0);
+    color->value.y = (float)((double)color->value.y / f0);
+    color->value.z = (float)((double)color->value.z / f0);
+    return status;
+}
+
+static snell_status read_metallic(gltf *g, const json_t *pbr, surface *s) {
     const char *maps = "metallicRoughnessTexture";
     double factor[4] = {1, 1, 1, 1};
     json_numbers(pbr, "baseColorFactor", factor, 4);
     s->base.value = (snell_vec3){(float)factor[0], (float)factor[1], (float)factor[2]};
-    snell_status status = gltf_texture(g, info, USE_COLOR, &s->base.texture);
+    s->opacity = factor[3];
+    snell_status status =
+        gltf_texture(g, json_at(pbr, "baseColorTexture"), USE_COLOR, as_it_is, &s->base.texture);
     if (!status) status = read_scalar(g, pbr, "metallicFactor", 1, maps, USE_BLUE, &s->metallic);
     if (!status) status = read_scalar(g, pbr, "roughnessFactor", 1, maps, USE_GREEN, &s->roughness);
+    return status;
+}
+
+static snell_status read_base(gltf *g, const json_t *material, surface *s) {
+    const json_t *pbr = json_at(material, "pbrMetallicRoughness"),
+                 *glossy = json_extension(material, "KHR_materials_pbrSpecularGlossiness"),
+                 *info =
+                     glossy ? json_at(glossy, "diffuseTexture") : json_at(pbr, "baseColorTexture");
+    snell_status status = glossy ? read_glossy(g, glossy, s) : read_metallic(g, pbr, s);
     if (status) return status;
     const char *mode = json_text(material, "alphaMode");
     if (mode == NULL || strcmp(mode, "OPAQUE") == 0) return SNELL_OK;
@@ -392,8 +539,8 @@ static snell_status read_base(gltf *g, const json_t *material, surface *s) {
     if (strcmp(mode, "MASK") == 0 && !(s->cutoff > 0)) return SNELL_OK; /* nothing is cut */
     if (s->cutoff > 2) s->cutoff = 2;
     s->has_alpha = true;
-    s->alpha = grey(factor[3]);
-    return gltf_texture(g, info, USE_ALPHA, &s->alpha.texture);
+    s->alpha = grey(s->opacity);
+    return gltf_texture(g, info, USE_ALPHA, as_it_is, &s->alpha.texture);
 }
 
 static snell_status read_emission(gltf *g, const json_t *material, surface *s) {
@@ -406,23 +553,23 @@ static snell_status read_emission(gltf *g, const json_t *material, surface *s) {
     if (!s->has_emission) return SNELL_OK;
     s->emission.value = (snell_vec3){(float)(factor[0] * strength), (float)(factor[1] * strength),
                                      (float)(factor[2] * strength)};
-    return gltf_texture(g, json_at(material, "emissiveTexture"), USE_COLOR, &s->emission.texture);
+    return gltf_texture(g, json_at(material, "emissiveTexture"), USE_COLOR, as_it_is, &s->emission.texture);
 }
 
 static snell_status read_normals(gltf *g, const json_t *material, surface *s) {
     const json_t *info = json_at(material, "normalTexture");
     s->normal_scale = json_number(info, "scale", 1);
-    return gltf_texture(g, info, USE_DATA, &s->normal_map);
+    return gltf_texture(g, info, USE_DATA, as_it_is, &s->normal_map);
 }
 
-static snell_status make_material(gltf *g, const json_t *material, const char *where,
-                                  uint32_t *out) {
+static snell_status make_material(gltf *g, size_t index, const char *where, uint32_t *out) {
+    const json_t *material = index == SIZE_MAX ? NULL : json_item(g, "materials", index);
     surface s = {.where = where, .name = json_text(material, "name"), .ior = 1.5};
+    gltf_material_uv_sets(g, index, g->uv_sets);
     snell_status status = read_base(g, material, &s);
     if (!status) status = read_emission(g, material, &s);
     if (!status) status = warn_of_losses(g, material);
     if (!status) status = read_normals(g, material, &s);
-    if (!status && (s.has_emission || s.normal_map.index1)) status = warn_of_uv_sets(g, material);
     if (status) return status;
     double ior = json_number(json_extension(material, "KHR_materials_ior"), "ior", 1.5);
     s.ior = ior < 1    ? 1
@@ -430,6 +577,8 @@ static snell_status make_material(gltf *g, const json_t *material, const char *w
                        : ior; /* 0, "infinite" by the extension, is for old models */
     if (json_extension(material, "KHR_materials_unlit")) return add_unlit(g, &s, out);
     status = read_layers(g, material, &s.layers);
+    if (!status) status = read_grain(g, material, &s.layers);
+    if (!status) status = read_film(g, material, &s.layers);
     return status ? status : add_principled(g, &s, out);
 }
 
@@ -440,13 +589,16 @@ snell_status gltf_material(gltf *g, size_t index, uint32_t *out) {
     char where[JSON_PATH_SIZE] = "the default material";
     if (!none) snprintf(where, sizeof where, "materials[%zu]", index);
     if (*made == NO_MATERIAL)
-        status = make_material(g, none ? NULL : json_item(g, "materials", index), where, made);
+        status = make_material(g, index, where, made);
     *out = *made;
     return status;
 }
 
-unsigned gltf_material_uv_set(const gltf *g, size_t index) {
-    return uv_set(main_texture(index == SIZE_MAX ? NULL : json_item(g, "materials", index)));
+bool gltf_material_has_grain(const gltf *g, size_t index) {
+    const json_t *material = index == SIZE_MAX ? NULL : json_item(g, "materials", index);
+    return json_at(material, "normalTexture") ||
+           json_number(json_extension(material, "KHR_materials_anisotropy"), "anisotropyStrength",
+                       0) > 0;
 }
 
 bool gltf_material_has_alpha(const gltf *g, size_t index) {

@@ -1,5 +1,6 @@
 /* glTF primitives become shapes of type "mesh": one per primitive, shared by all nodes that draw
- * the glTF mesh, except where a skin or a node's own morph weights make it another one. */
+ * the glTF mesh, except where a skin or a node's own morph weights make it another one. Points become
+ * small octahedra and lines six-sided rods, with the normals of balls and round rods. */
 #include "importers/gltf.h"
 
 #include <stdio.h>
@@ -8,6 +9,7 @@
 
 #include "base/memory.h"
 #include "geometry/mesh.h"
+#include "importers/draco.h"
 
 enum {
     MODE_POINTS,
@@ -27,6 +29,7 @@ typedef struct pose {
     size_t joint_count;
     float times[CLOCK_TIMES];
     size_t time_count; /* 1: it does not deform */
+    double scale;      /* from the mesh to the world */
 } pose;
 
 /* A primitive while it is built; every array is owned. positions and normals have `count` entries for
@@ -37,16 +40,23 @@ typedef struct builder {
     const pose *pose;
     char where[96]; /* "meshes[1].primitives[0]" */
     size_t count, index_count, time_count;
-    float *positions, *normals, *uvs;
+    float *positions, *normals, *uvs, *uvs2, *tangents;
     snell_vec3 *colors;
     uint8_t *alphas;
     uint32_t *indices;
+    uint32_t *segments; /* of points and lines: two vertices each, of a point the same */
+    size_t segment_count;
+    draco_mesh *draco; /* NULL: the accessors have data */
 } builder;
 
 static void builder_deinit(builder *b) {
     free(b->positions);
     free(b->normals);
     free(b->uvs);
+    free(b->uvs2);
+    free(b->tangents);
+    free(b->segments);
+    if (b->draco) draco_close(b->draco);
     free(b->colors);
     free(b->alphas);
     free(b->indices);
@@ -65,6 +75,32 @@ static snell_status check_count(const builder *b, size_t accessor, const char *w
                       gltf_accessor_count(b->g, accessor), b->count);
 }
 
+/* The number of an attribute in compressed data. false: it is not there. */
+static bool draco_id(const builder *b, const char *name, uint32_t *id) {
+    const json_t *ids =
+        json_at(json_extension(b->primitive, "KHR_draco_mesh_compression"), "attributes");
+    size_t found = json_index(ids, name, SIZE_MAX);
+    *id = (uint32_t)found;
+    return b->draco && found < UINT32_MAX;
+}
+
+static snell_status wrong_draco(const builder *b, const char *where) {
+    return gltf_error(b->g, SNELL_ERR_SYNTAX, where,
+                      "the data that Draco has compressed does not hold it");
+}
+
+static snell_status read_draco_floats(builder *b, uint32_t id, size_t accessor, unsigned components,
+                                      const char *where, float **out) {
+    bool normalized = json_flag(json_item(b->g, "accessors", accessor), "normalized");
+    if (gltf_accessor_components(b->g, accessor) != components) return wrong_draco(b, where);
+    snell_status status = gltf_spend(b->g, where, (uint64_t)b->count * components * 4);
+    if (status) return status;
+    *out = memory_zeroed(b->count * components, sizeof **out);
+    if (*out == NULL) return error_no_memory();
+    if (draco_read_floats(b->draco, id, components, normalized, *out)) return SNELL_OK;
+    return wrong_draco(b, where);
+}
+
 /* An attribute's floats, or NULL when there is none. */
 static snell_status read_attribute(builder *b, const json_t *map, const char *where_map,
                                    const char *name, unsigned components, float **out) {
@@ -73,7 +109,11 @@ static snell_status read_attribute(builder *b, const json_t *map, const char *wh
     char where[JSON_PATH_SIZE];
     snprintf(where, sizeof where, "%s.%s.%s", b->where, where_map, name);
     snell_status status = check_count(b, accessor, where);
-    return status ? status : gltf_accessor_floats(b->g, accessor, components, where, out);
+    uint32_t id;
+    if (status) return status;
+    if (strcmp(where_map, "attributes") == 0 && draco_id(b, name, &id))
+        return read_draco_floats(b, id, accessor, components, where, out);
+    return gltf_accessor_floats(b->g, accessor, components, where, out);
 }
 
 static snell_status read_colors(builder *b, const json_t *map, bool want_alpha) {
@@ -98,11 +138,12 @@ static snell_status read_colors(builder *b, const json_t *map, bool want_alpha) 
     return SNELL_OK;
 }
 
-static snell_status read_uvs(builder *b, const json_t *map, unsigned set) {
+static snell_status read_uvs(builder *b, const json_t *map, unsigned set, float **out) {
     char name[24];
     snprintf(name, sizeof name, "TEXCOORD_%u", set);
-    snell_status status = read_attribute(b, map, "attributes", name, 2, &b->uvs);
-    for (size_t i = 0; b->uvs && i < b->count; i++) b->uvs[2 * i + 1] = 1 - b->uvs[2 * i + 1];
+    if (set == NO_UV_SET) return SNELL_OK;
+    snell_status status = read_attribute(b, map, "attributes", name, 2, out);
+    for (size_t i = 0; *out && i < b->count; i++) (*out)[2 * i + 1] = 1 - (*out)[2 * i + 1];
     return status;
 }
 
@@ -183,6 +224,19 @@ static void skin_vertex(builder *b, const influence *sets, int set_count, size_t
     for (int e = 0; e < 12; e++) (&sum.m[0][0])[e] /= total;
     store3(b->positions + 3 * at, dmat_point(&sum, load3(b->positions + 3 * at)));
     if (b->normals) store3(b->normals + 3 * at, turn_normal(&sum, load3(b->normals + 3 * at)));
+    float *tangent = b->tangents && b->time_count == 1 ? b->tangents + 4 * i : NULL;
+    if (tangent) store3(tangent, dmat_vector(&sum, load3(tangent)));
+}
+
+static snell_status read_joint_numbers(builder *b, size_t accessor, const char *name,
+                                       const char *where, uint32_t **out) {
+    uint32_t id;
+    if (!draco_id(b, name, &id)) return gltf_accessor_uints(b->g, accessor, 4, where, out);
+    snell_status status = gltf_spend(b->g, where, (uint64_t)b->count * 16);
+    if (status) return status;
+    *out = memory_zeroed(b->count * 4, sizeof **out);
+    if (*out == NULL) return error_no_memory();
+    return draco_read_uints(b->draco, id, 4, *out) ? SNELL_OK : wrong_draco(b, where);
 }
 
 static snell_status read_influence(builder *b, const json_t *map, int set, influence *out) {
@@ -194,7 +248,7 @@ static snell_status read_influence(builder *b, const json_t *map, int set, influ
     if (attribute(map, weights) == SIZE_MAX)
         return gltf_error(b->g, SNELL_ERR_SYNTAX, where, "%s is missing", weights);
     snell_status status = check_count(b, accessor, where);
-    if (!status) status = gltf_accessor_uints(b->g, accessor, 4, where, &out->joints);
+    if (!status) status = read_joint_numbers(b, accessor, joints, where, &out->joints);
     if (!status) status = read_attribute(b, map, "attributes", weights, 4, &out->weights);
     for (size_t i = 0; !status && i < 4 * b->count; i++) {
         if (out->joints[i] >= b->pose->joint_count) {
@@ -256,24 +310,164 @@ static snell_status make_triangles(builder *b, const uint32_t *in, size_t count,
     return SNELL_OK;
 }
 
-static snell_status read_triangles(builder *b) {
-    size_t mode = json_index(b->primitive, "mode", MODE_TRIANGLES),
-           accessor = json_index(b->primitive, "indices", SIZE_MAX), count = b->count;
+/* ---- points and lines ---- */
+
+static snell_status make_segments(builder *b, const uint32_t *in, size_t count, size_t mode) {
+    size_t made = mode == MODE_LINES                     ? count / 2
+                  : mode == MODE_STRIP_OF_LINES && count ? count - 1
+                                                         : count;
+    snell_status status = gltf_spend(b->g, b->where, (uint64_t)made * 8);
+    if (status || made == 0) return status;
+    b->segments = memory_resize(NULL, 2 * made, sizeof *b->segments);
+    if (b->segments == NULL) return error_no_memory();
+    b->segment_count = made;
+    for (size_t i = 0; i < made; i++) {
+        size_t from = mode == MODE_LINES ? 2 * i : i, to = mode == MODE_POINTS ? i : from + 1;
+        if (to == count) to = 0; /* a loop */
+        b->segments[2 * i] = in ? in[from] : (uint32_t)from;
+        b->segments[2 * i + 1] = in ? in[to] : (uint32_t)to;
+    }
+    return SNELL_OK;
+}
+
+enum { ROD_SIDES = 6, ROD_VERTICES = 2 * ROD_SIDES, BALL_VERTICES = 6 };
+/* Of the box about all that is drawn: about a pixel and a half, and three, of a usual picture. */
+static const double rod_radius = 0.0015, ball_radius = 0.0025;
+
+static void put_rod(const float *positions, const uint32_t *ends, double radius, float *out,
+                    float *normals) {
+    static const double hexagon[ROD_SIDES][2] = {{1, 0},  {0.5, 0.8660254},   {-0.5, 0.8660254},
+                                                 {-1, 0}, {-0.5, -0.8660254}, {0.5, -0.8660254}};
+    dvec3 from = load3(positions + 3 * (size_t)ends[0]), to = load3(positions + 3 * (size_t)ends[1]),
+          along = dvec3_normalize(dvec3_sub(to, from)), x = {1, 0, 0}, y = {0, 1, 0};
+    if (dvec3_dot(along, along) > 0) dvec3_frame(along, &x, &y);
+    for (int i = 0; i < ROD_SIDES; i++) {
+        dvec3 n = dvec3_add(dvec3_scale(x, hexagon[i][0]), dvec3_scale(y, hexagon[i][1]));
+        for (int end = 0; end < 2; end++) {
+            dvec3 p = dvec3_add(end ? to : from, dvec3_scale(n, radius));
+            store3(out + 3 * (2 * i + end), p);
+            store3(normals + 3 * (2 * i + end), n);
+        }
+    }
+}
+
+static void put_ball(const float *positions, const uint32_t *ends, double radius, float *out,
+                     float *normals) {
+    dvec3 at = load3(positions + 3 * (size_t)ends[0]);
+    for (int i = 0; i < BALL_VERTICES; i++) {
+        double sign = i % 2 ? -1 : 1;
+        dvec3 n = {i / 2 == 0 ? sign : 0, i / 2 == 1 ? sign : 0, i / 2 == 2 ? sign : 0};
+        store3(out + 3 * i, dvec3_add(at, dvec3_scale(n, radius)));
+        store3(normals + 3 * i, n);
+    }
+}
+
+/* Copies what `size` bytes each of the old vertices have to the new ones. */
+static snell_status spread(const builder *b, size_t each, void *member, size_t size) {
+    uint8_t *old;
+    memcpy(&old, member, sizeof old);
+    if (old == NULL) return SNELL_OK;
+    uint8_t *made = memory_resize(NULL, b->segment_count * each, size);
+    if (made == NULL) return error_no_memory();
+    for (size_t i = 0; i < b->segment_count * each; i++) {
+        size_t end = each == ROD_VERTICES ? i % 2 : 0;
+        memcpy(made + i * size, old + b->segments[2 * (i / each) + end] * size, size);
+    }
+    free(old);
+    memcpy(member, &made, sizeof made);
+    return SNELL_OK;
+}
+
+static void put_indices(builder *b, bool balls, size_t each) {
+    static const uint8_t octahedron[] = {0, 2, 4, 2, 1, 4, 1, 3, 4, 3, 0, 4,
+                                         2, 0, 5, 1, 2, 5, 3, 1, 5, 0, 3, 5};
+    uint32_t *out = b->indices;
+    for (size_t i = 0; i < b->segment_count; i++) {
+        uint32_t first = (uint32_t)(i * each);
+        for (size_t k = 0; balls && k < sizeof octahedron; k++) *out++ = first + octahedron[k];
+        for (uint32_t k = 0; !balls && k < ROD_SIDES; k++) {
+            uint32_t at = first + 2 * k, next = first + 2 * ((k + 1) % ROD_SIDES);
+            const uint32_t two[] = {at, next, next + 1, at, next + 1, at + 1};
+            memcpy(out, two, sizeof two);
+            out += 6;
+        }
+    }
+}
+
+/* Points become balls, lines rods of this radius. */
+static snell_status thicken(builder *b, bool balls, double size) {
+    size_t each = balls ? BALL_VERTICES : ROD_VERTICES, triangles = balls ? 8 : 2 * ROD_SIDES,
+           count = b->segment_count * each;
+    double radius = size * (balls ? ball_radius : rod_radius);
+    snell_status status =
+        gltf_spend(b->g, b->where, (uint64_t)count * (24 * b->time_count + 40) + triangles * 12);
+    if (!status && count > UINT32_MAX)
+        status = gltf_error(b->g, SNELL_ERR_UNSUPPORTED, b->where, "has too many points or lines");
+    if (status) return status;
+    float *positions = memory_resize(NULL, count * b->time_count, 12),
+          *normals = memory_resize(NULL, count * b->time_count, 12);
+    b->indices = memory_resize(NULL, b->segment_count * triangles, 12);
+    b->index_count = b->segment_count * triangles * 3;
+    bool made = positions && normals && b->indices;
+    for (size_t k = 0; made && k < b->time_count; k++)
+        for (size_t i = 0; i < b->segment_count; i++) {
+            size_t to = 3 * (k * count + i * each);
+            (balls ? put_ball : put_rod)(b->positions + 3 * k * b->count, b->segments + 2 * i,
+                                         radius, positions + to, normals + to);
+        }
+    free(b->positions);
+    free(b->normals);
+    free(b->tangents);
+    b->positions = positions, b->normals = normals, b->tangents = NULL;
+    if (!made) return error_no_memory();
+    put_indices(b, balls, each);
+    status = spread(b, each, &b->uvs, 8);
+    if (!status) status = spread(b, each, &b->uvs2, 8);
+    if (!status) status = spread(b, each, &b->colors, sizeof *b->colors);
+    if (!status) status = spread(b, each, &b->alphas, 1);
+    b->count = count;
+    return status;
+}
+
+/* ---- indices ---- */
+
+static snell_status read_indices(builder *b, size_t accessor, const char *where, uint32_t **in,
+                                 size_t *count) {
+    if (b->draco == NULL) {
+        *count = gltf_accessor_count(b->g, accessor);
+        return gltf_accessor_uints(b->g, accessor, 1, where, in);
+    }
+    *count = draco_index_count(b->draco);
+    snell_status status = gltf_spend(b->g, where, (uint64_t)*count * 4);
+    if (status) return status;
+    *in = memory_resize(NULL, *count + 1, sizeof **in);
+    if (*in == NULL) return error_no_memory();
+    draco_read_indices(b->draco, *in);
+    return SNELL_OK;
+}
+
+static snell_status read_topology(builder *b, size_t mode) {
+    size_t accessor = json_index(b->primitive, "indices", SIZE_MAX), count = b->count;
     uint32_t *in = NULL;
     snell_status status = SNELL_OK;
     char where[JSON_PATH_SIZE];
     snprintf(where, sizeof where, "%s.indices", b->where);
-    if (accessor != SIZE_MAX) {
-        count = gltf_accessor_count(b->g, accessor);
-        status = gltf_accessor_uints(b->g, accessor, 1, where, &in);
-    }
+    if (b->draco) mode = MODE_TRIANGLES; /* a strip is compressed as its triangles */
+    if (accessor != SIZE_MAX || b->draco) status = read_indices(b, accessor, where, &in, &count);
     for (size_t i = 0; in && i < count && !status; i++)
         if (in[i] >= b->count)
             status = gltf_error(b->g, SNELL_ERR_SYNTAX, where, "index %u: there are %zu vertices",
                                 in[i], b->count);
-    if (!status && (count < 3 || (mode == MODE_TRIANGLES && count % 3 != 0)))
-        status = gltf_warn(b->g, "%s: %zu vertices do not make whole triangles", b->where, count);
-    if (!status) status = make_triangles(b, in, count, mode);
+    bool whole = mode == MODE_TRIANGLES ? count >= 3 && count % 3 == 0
+                 : mode > MODE_TRIANGLES ? count >= 3
+                 : mode == MODE_POINTS   ? count >= 1
+                                         : count >= 2 && (mode != MODE_LINES || count % 2 == 0);
+    if (!status && !whole)
+        status = gltf_warn(b->g, "%s: %zu vertices do not make whole %s", b->where, count,
+                           mode < MODE_TRIANGLES ? "lines" : "triangles");
+    if (!status && mode < MODE_TRIANGLES && count > (mode == MODE_POINTS ? 0 : 1))
+        status = make_segments(b, in, count, mode);
+    if (!status && mode >= MODE_TRIANGLES) status = make_triangles(b, in, count, mode);
     free(in);
     return status;
 }
@@ -309,13 +503,19 @@ static snell_status read_vertices(builder *b) {
     size_t material = json_index(b->primitive, "material", SIZE_MAX);
     snell_status status = read_attribute(b, map, "attributes", "POSITION", 3, &b->positions);
     if (!status) status = read_attribute(b, map, "attributes", "NORMAL", 3, &b->normals);
-    if (!status) status = read_uvs(b, map, gltf_material_uv_set(b->g, material));
+    unsigned sets[2];
+    gltf_material_uv_sets(b->g, material, sets);
+    if (!status) status = read_uvs(b, map, sets[0], &b->uvs);
+    if (!status) status = read_uvs(b, map, sets[1], &b->uvs2);
+    if (!status && b->normals && gltf_material_has_grain(b->g, material))
+        status = read_attribute(b, map, "attributes", "TANGENT", 4, &b->tangents);
     if (!status) status = read_colors(b, map, gltf_material_has_alpha(b->g, material));
     if (!status) status = repeat(b, &b->positions);
     if (!status) status = repeat(b, &b->normals);
     if (!status) status = morph(b);
     if (!status && b->pose->joints) status = apply_skin(b, map);
     if (!status) drop_still_times(b);
+    if (b->time_count > 1) free(b->tangents), b->tangents = NULL; /* texture coordinates have them */
     return status;
 }
 
@@ -334,6 +534,10 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
                       .key_times_count = b->time_count > 1 ? b->time_count : 0,
                       .uvs = (const snell_vec2 *)b->uvs,
                       .uvs_count = b->uvs ? b->count : 0,
+                      .uvs2 = (const snell_vec2 *)b->uvs2,
+                      .uvs2_count = b->uvs2 ? b->count : 0,
+                      .tangents = b->tangents,
+                      .tangents_count = b->tangents ? 4 * b->count : 0,
                       .colors = b->colors,
                       .colors_count = b->colors ? b->count : 0,
                       .alphas = b->alphas,
@@ -350,6 +554,22 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
     return gltf_blame(b->g, b->where, status);
 }
 
+static snell_status open_draco(builder *b) {
+    const json_t *compressed = json_extension(b->primitive, "KHR_draco_mesh_compression");
+    const uint8_t *data;
+    size_t size;
+    if (!SNELL_HAS_DRACO || compressed == NULL) return SNELL_OK;
+    snell_status status = gltf_view_bytes(b->g, json_index(compressed, "bufferView", 0), &data, &size);
+    if (status) return status;
+    const char *wrong = draco_open(data, size, &b->draco);
+    if (wrong)
+        return gltf_error(b->g, SNELL_ERR_SYNTAX, b->where, "broken Draco data: %s", wrong);
+    if (draco_point_count(b->draco) == b->count) return SNELL_OK;
+    return gltf_error(b->g, SNELL_ERR_SYNTAX, b->where,
+                      "the data that Draco has compressed has %zu vertices, the accessors have %zu",
+                      draco_point_count(b->draco), b->count);
+}
+
 /* *shape stays NO_SHAPE when there is nothing to draw. */
 static snell_status build_primitive(gltf *g, size_t mesh, size_t index, const pose *p,
                                     uint32_t *shape) {
@@ -358,15 +578,17 @@ static snell_status build_primitive(gltf *g, size_t mesh, size_t index, const po
                  .primitive = json_array_get(json_at(mesh_json, "primitives"), index),
                  .pose = p,
                  .time_count = p->time_count};
+    size_t mode = json_index(b.primitive, "mode", MODE_TRIANGLES);
     snprintf(b.where, sizeof b.where, "meshes[%zu].primitives[%zu]", mesh, index);
-    if (json_index(b.primitive, "mode", MODE_TRIANGLES) < MODE_TRIANGLES)
-        return gltf_warn(g, "points and lines are not drawn");
     size_t position = attribute(json_at(b.primitive, "attributes"), "POSITION");
     if (position == SIZE_MAX) return gltf_warn(g, "%s: has no POSITION: not drawn", b.where);
     b.count = gltf_accessor_count(g, position);
-    snell_status status = read_triangles(&b);
-    if (!status && b.index_count > 0) {
+    snell_status status = open_draco(&b);
+    if (!status) status = read_topology(&b, mode);
+    if (!status && (b.index_count > 0 || b.segment_count > 0)) {
         status = read_vertices(&b);
+        if (!status && b.segment_count > 0)
+            status = thicken(&b, mode == MODE_POINTS, gltf_scene_size(g) / p->scale);
         if (!status) status = add_shape(&b, json_text(mesh_json, "name"), shape);
     }
     builder_deinit(&b);
@@ -467,7 +689,7 @@ snell_status gltf_mesh_shapes(gltf *g, size_t index, const uint32_t **shapes, bo
     *own = *in_world || weights != NULL || node->tracks[TRACK_WEIGHTS] != NULL;
     *shapes = entry->shapes;
     if (!*own && entry->shapes) return SNELL_OK;
-    pose p = {.time_count = 1};
+    pose p = {.time_count = 1, .scale = *in_world ? 1 : gltf_scale(&node->world)};
     if (node->tracks[TRACK_WEIGHTS] || (*in_world && skin_moves(g, skin)))
         p.time_count = (CLOCK_TIMES - 1) / CLOCK_STRIDE + 1;
     for (size_t k = 0; k < p.time_count; k++) p.times[k] = g->times[clock_index(&p, k)];

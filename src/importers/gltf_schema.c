@@ -85,6 +85,27 @@ static const rule sheen[] = {{.name = "sheenColorFactor", RULE_NUMBERS, .length 
                              {.name = "sheenRoughnessFactor", RULE_NUMBER, UNIT},
                              {.name = "sheenRoughnessTexture", RULE_OBJECT, .object = texture_info},
                              {0}};
+static const rule anisotropy[] = {
+    {.name = "anisotropyStrength", RULE_NUMBER, UNIT},
+    {.name = "anisotropyRotation", RULE_NUMBER},
+    {.name = "anisotropyTexture", RULE_OBJECT, .object = texture_info},
+    {0}};
+static const rule iridescence[] = {
+    {.name = "iridescenceFactor", RULE_NUMBER, UNIT},
+    {.name = "iridescenceTexture", RULE_OBJECT, .object = texture_info},
+    {.name = "iridescenceIor", RULE_NUMBER, .min = 1, .max = INFINITY},
+    {.name = "iridescenceThicknessMinimum", RULE_NUMBER, FROM_ZERO},
+    {.name = "iridescenceThicknessMaximum", RULE_NUMBER, FROM_ZERO},
+    {.name = "iridescenceThicknessTexture", RULE_OBJECT, .object = texture_info},
+    {0}};
+static const rule dispersion[] = {{.name = "dispersion", RULE_NUMBER, FROM_ZERO}, {0}};
+static const rule specular_glossiness[] = {
+    {.name = "diffuseFactor", RULE_NUMBERS, .length = 4, UNIT},
+    {.name = "diffuseTexture", RULE_OBJECT, .object = texture_info},
+    {.name = "specularFactor", RULE_NUMBERS, .length = 3, UNIT},
+    {.name = "glossinessFactor", RULE_NUMBER, UNIT},
+    {.name = "specularGlossinessTexture", RULE_OBJECT, .object = texture_info},
+    {0}};
 static const rule no_properties[] = {{0}};
 static const rule material_extensions[] = {
     {.name = "KHR_materials_emissive_strength", RULE_OBJECT, .object = emissive_strength},
@@ -94,6 +115,10 @@ static const rule material_extensions[] = {
     {.name = "KHR_materials_specular", RULE_OBJECT, .object = specular},
     {.name = "KHR_materials_clearcoat", RULE_OBJECT, .object = clearcoat},
     {.name = "KHR_materials_sheen", RULE_OBJECT, .object = sheen},
+    {.name = "KHR_materials_anisotropy", RULE_OBJECT, .object = anisotropy},
+    {.name = "KHR_materials_iridescence", RULE_OBJECT, .object = iridescence},
+    {.name = "KHR_materials_dispersion", RULE_OBJECT, .object = dispersion},
+    {.name = "KHR_materials_pbrSpecularGlossiness", RULE_OBJECT, .object = specular_glossiness},
     {.name = "KHR_materials_unlit", RULE_OBJECT, .object = no_properties},
     {0}};
 static const rule material[] = {
@@ -164,15 +189,26 @@ static const rule sampler[] = {{.name = "magFilter", RULE_INT},
                                {.name = "wrapS", RULE_INT},
                                {.name = "wrapT", RULE_INT},
                                {0}};
+static const rule texture_webp[] = {{.name = "source", RULE_REF, true, .list = "images"}, {0}};
+static const rule texture_extensions[] = {
+    {.name = "EXT_texture_webp", RULE_OBJECT, .object = texture_webp}, {0}};
 static const rule texture[] = {{.name = "sampler", RULE_REF, .list = "samplers"},
                                {.name = "source", RULE_REF, .list = "images"},
+                               {.name = "extensions", RULE_OBJECT, .object = texture_extensions},
                                {0}};
 
+static const rule draco[] = {
+    {.name = "bufferView", RULE_REF, true, .list = "bufferViews"},
+    {.name = "attributes", RULE_OBJECT, true, .object = no_properties}, /* gltf_check.c */
+    {0}};
+static const rule primitive_extensions[] = {
+    {.name = "KHR_draco_mesh_compression", RULE_OBJECT, .object = draco}, {0}};
 static const rule primitive[] = {{.name = "attributes", RULE_ATTRIBUTES, true, .list = "accessors"},
                                  {.name = "indices", RULE_REF, .list = "accessors"},
                                  {.name = "material", RULE_REF, .list = "materials"},
                                  {.name = "mode", RULE_INT, .max = 6},
                                  {.name = "targets", RULE_TARGETS, .list = "accessors"},
+                                 {.name = "extensions", RULE_OBJECT, .object = primitive_extensions},
                                  {0}};
 static const rule mesh[] = {{.name = "name", RULE_STRING},
                             {.name = "primitives", RULE_OBJECTS, true, .object = primitive},

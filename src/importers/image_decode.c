@@ -10,6 +10,9 @@
 #if SNELL_HAS_JPEG
 #include <turbojpeg.h>
 #endif
+#if SNELL_HAS_WEBP
+#include <webp/decode.h>
+#endif
 
 enum { SIDE_MAX = 65536 };
 
@@ -221,7 +224,48 @@ static snell_status decode_jpeg(const uint8_t *data, size_t size, size_t size_ma
 
 #endif
 
-/* ---- both ---- */
+/* ---- WebP ---- */
+
+#if SNELL_HAS_WEBP
+
+static snell_status decode_webp(const uint8_t *data, size_t size, size_t size_max,
+                                decoded_image *out) {
+    WebPBitstreamFeatures seen;
+    const char *broken = "a broken WebP image";
+    if (WebPGetFeatures(data, size, &seen) != VP8_STATUS_OK)
+        return error_set(SNELL_ERR_SYNTAX, NULL, "%s", broken);
+    if (seen.has_animation)
+        return error_set(SNELL_ERR_UNSUPPORTED, "convert it to PNG or JPEG",
+                         "an animated WebP image cannot be read");
+    decoded_image image = {.width = (uint32_t)seen.width,
+                           .height = (uint32_t)seen.height,
+                           .channels = seen.has_alpha ? 4 : 3};
+    snell_status status = image_make_room(&image, size_max);
+    if (status) return status;
+    size_t row = (size_t)image.width * image.channels, room = row * image.height;
+    uint8_t *made = seen.has_alpha
+                        ? WebPDecodeRGBAInto(data, size, image.pixels, room, (int)row)
+                        : WebPDecodeRGBInto(data, size, image.pixels, room, (int)row);
+    if (made == NULL) {
+        image_free(&image);
+        return error_set(SNELL_ERR_SYNTAX, NULL, "%s", broken);
+    }
+    *out = image;
+    return SNELL_OK;
+}
+
+#else
+
+static snell_status decode_webp(const uint8_t *data, size_t size, size_t size_max,
+                                decoded_image *out) {
+    (void)data, (void)size, (void)size_max, (void)out;
+    return error_set(SNELL_ERR_UNSUPPORTED, "build with -DSNELL_WEBP=ON",
+                     "this build cannot read WebP images");
+}
+
+#endif
+
+/* ---- all of them ---- */
 
 static bool begins(const uint8_t *data, size_t size, size_t at, const char *magic, size_t length) {
     return size >= at + length && memcmp(data + at, magic, length) == 0;
@@ -235,15 +279,16 @@ static snell_status decode(const void *data, size_t size, size_t size_max, bool 
     if (begins(bytes, size, 0, "\x89PNG\r\n\x1a\n", 8))
         return decode_png(bytes, size, size_max, keep_16, out);
     if (begins(bytes, size, 0, "\xff\xd8\xff", 3)) return decode_jpeg(bytes, size, size_max, out);
+    if (begins(bytes, size, 0, "RIFF", 4) && begins(bytes, size, 8, "WEBP", 4))
+        return decode_webp(bytes, size, size_max, out);
     if (size == 0) return error_set(SNELL_ERR_SYNTAX, NULL, "the image is empty");
-    if (begins(bytes, size, 0, "RIFF", 4) && begins(bytes, size, 8, "WEBP", 4)) name = "a WebP";
     if (begins(bytes, size, 0, "\xabKTX 20", 7)) name = "a KTX2";
     if (begins(bytes, size, 0, "GIF8", 4)) name = "a GIF";
     if (begins(bytes, size, 0, "BM", 2)) name = "a BMP";
     if (begins(bytes, size, 0, "DDS ", 4)) name = "a DDS";
     if (begins(bytes, size, 0, "#?RADIANCE", 10)) name = "a Radiance HDR";
     if (begins(bytes, size, 0, "v/1\x01", 4)) name = "an OpenEXR";
-    return error_set(SNELL_ERR_UNSUPPORTED, "convert it to PNG or JPEG", "%s image cannot be read",
+    return error_set(SNELL_ERR_UNSUPPORTED, "convert it to PNG, JPEG or WebP", "%s image cannot be read",
                      name);
 }
 

@@ -1,4 +1,4 @@
-/* PNG and JPEG from memory to pixels. Runs only in the sandboxed helper: the bytes are whatever a
+/* PNG, JPEG and WebP from memory to pixels. Runs only in the sandboxed helper: the bytes are whatever a
  * file says. */
 #ifndef SNELL_IMPORTERS_IMAGE_DECODE_H
 #define SNELL_IMPORTERS_IMAGE_DECODE_H
