@@ -159,8 +159,7 @@ static void strips_and_fans(void **state) {
     assert_memory_equal(mesh_at(d, 0)->indices, fan, sizeof fan);
     description_destroy(d);
     d = load("points.gltf");
-    assert_int_equal(d->instance_count, 0);
-    assert_true(has_message(d, "points and lines"));
+    assert_int_equal(mesh_triangle_count(mesh_at(d, 0)), 5 * 8); /* octahedra */
     description_destroy(d);
 }
 
@@ -227,7 +226,7 @@ static void materials_become_the_models_of_this_version(void **state) {
     near3(input_of(unlit, "emission").value, 1, 1, 1);
     near3(input_of(unlit, "color").value, 0, 0, 0);
     near3(input_of(lamp, "emission").value, 4, 2, 0);
-    assert_true(has_message(d, "KHR_materials_iridescence"));
+    assert_true(has_message(d, "KHR_materials_pearl"));
     assert_int_equal(d->message_count, 1);
     description_destroy(d);
 }
@@ -306,8 +305,8 @@ static const struct {
     {"[]", SNELL_ERR_SYNTAX, "must be an object"},
     {"{}", SNELL_ERR_SYNTAX, "asset: is missing"},
     {"{\"asset\":{\"version\":\"1.0\"}}", SNELL_ERR_UNSUPPORTED, "glTF 1.0 cannot be read"},
-    {ASSET ",\"extensionsRequired\":[\"KHR_draco_mesh_compression\"]}", SNELL_ERR_UNSUPPORTED,
-     "KHR_draco_mesh_compression"},
+    {ASSET ",\"extensionsRequired\":[\"EXT_meshopt_compression\"]}", SNELL_ERR_UNSUPPORTED,
+     "EXT_meshopt_compression"},
     {ASSET ",\"nodes\":[{\"mesh\":4}]}", SNELL_ERR_SYNTAX, "nodes[0].mesh: 4: there is no"},
     {ASSET ",\"nodes\":[{\"mesh\":-1}]}", SNELL_ERR_SYNTAX, "nodes[0].mesh"},
     {ASSET ",\"nodes\":[{\"mesh\":0.5}]}", SNELL_ERR_SYNTAX, "nodes[0].mesh: must be a whole"},
@@ -403,8 +402,8 @@ static void losses_are_said(void **state) {
               "{\"componentType\":5126,\"count\":1,\"type\":\"SCALAR\",\"min\":[0],\"max\":[0]},"
               "{\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"}],"
               "\"textures\":[{},{}],\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorTexture\":"
-              "{\"index\":0,\"texCoord\":1}},\"emissiveFactor\":[1,1,1],\"emissiveTexture\":"
-              "{\"index\":1}},{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}},"
+              "{\"index\":0,\"texCoord\":1}},\"normalTexture\":{\"index\":1,\"texCoord\":2},"
+              "\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":1}},{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}},"
               "\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":1,\"texCoord\":1}}],"
               "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"material\":0},"
               "{\"attributes\":{\"POSITION\":0},\"material\":1}]}],\"nodes\":[{\"mesh\":0}],"
@@ -414,10 +413,10 @@ static void losses_are_said(void **state) {
     snell_status status = import_path(write_scratch(".gltf", text, sizeof text - 1), &plain, &d);
     if (status) print_error("%s\n", error_last()->text);
     assert_int_equal(status, SNELL_OK);
-    assert_true(has_message(d, "1 animation: the model is shown at rest"));
+    assert_true(has_message(d, "the model is shown at rest; it has animations: 1 (0 s, frames 1 to 1)"));
     size_t said = 0;
     for (size_t i = 0; i < d->message_count; i++)
-        said += strstr(d->messages[i].text, "several sets of texture coordinates") != NULL;
+        said += strstr(d->messages[i].text, "three sets of texture coordinates") != NULL;
     assert_int_equal(said, 1);
     description_destroy(d);
     unlink(scratch);

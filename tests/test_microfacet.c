@@ -233,6 +233,71 @@ static int stop(void **state) {
     return 0;
 }
 
+/* ---- thin films ---- */
+
+/* One side of a Gaussian of the CIE 1931 observer's fit (Wyman, Sloan, Shirley 2013, eq. 4). */
+static double bump(double x, double middle, double left, double right) {
+    double t = (x - middle) * (x < middle ? left : right);
+    return exp(-0.5 * t * t);
+}
+
+static dvec3 observer(double nm) {
+    double x = 0.362 * bump(nm, 442, 0.0624, 0.0374) + 1.056 * bump(nm, 599.8, 0.0264, 0.0323) -
+               0.065 * bump(nm, 501.1, 0.0490, 0.0382),
+           y = 0.821 * bump(nm, 568.8, 0.0213, 0.0247) + 0.286 * bump(nm, 530.9, 0.0613, 0.0322),
+           z = 1.217 * bump(nm, 437, 0.0845, 0.0278) + 0.681 * bump(nm, 459, 0.0385, 0.0725);
+    return (dvec3){3.2404542 * x - 1.5371385 * y - 0.4985314 * z,
+                   -0.9692660 * x + 1.8760108 * y + 0.0415560 * z,
+                   0.0556434 * x - 0.2040259 * y + 1.0572252 * z};
+}
+
+/* Airy's sum of all the waves, wavelength by wavelength, at normal incidence on a base of index 1 + 2
+ * sqrt(f0) / (1 - sqrt(f0)), and the colour of it under a light of equal energy. */
+static dvec3 airy(double ior, double thickness, double f0) {
+    double root = sqrt(f0), base = (1 + root) / (1 - root), r12 = (1 - ior) / (1 + ior),
+           r23 = (ior - base) / (ior + base);
+    dvec3 sum = {0, 0, 0}, white = {0, 0, 0};
+    for (double nm = 380; nm <= 780; nm++) {
+        double c = cos(4 * PI * ior * thickness / nm),
+               r = (r12 * r12 + r23 * r23 + 2 * r12 * r23 * c) /
+                   (1 + r12 * r12 * r23 * r23 + 2 * r12 * r23 * c);
+        sum = dvec3_add(sum, dvec3_scale(observer(nm), r));
+        white = dvec3_add(white, observer(nm));
+    }
+    return (dvec3){sum.x / white.x, sum.y / white.y, sum.z / white.z};
+}
+
+static void films_interfere(void **state) {
+    (void)state;
+    static const double bases[] = {0.04, 0.2, 0.8}, iors[] = {1.3, 1.8};
+    double worst = 0, colourful = 0;
+    for (int b = 0; b < 3; b++)
+        for (int i = 0; i < 2; i++)
+            for (double nm = 150; nm < 900; nm += 25) {
+                double f0 = bases[b];
+                dvec3 got = fresnel_film(1, iors[i], nm, (dvec3){f0, f0, f0}),
+                      want = airy(iors[i], nm, f0), off = dvec3_sub(got, want);
+                double most = dvec3_largest((dvec3){fabs(off.x), fabs(off.y), fabs(off.z)});
+                worst = double_max(worst, most);
+                colourful = double_max(colourful, fabs(want.x - want.z));
+            }
+    print_message("films: at most %.3f from Airy's sum, colours differ by up to %.3f\n", worst, colourful);
+    assert_true(colourful > 0.2);
+    assert_true(worst < 0.08);
+    /* No film: the base alone. */
+    dvec3 bare = fresnel_film(1, 1.5, 0, (dvec3){0.04, 0.3, 0.9});
+    ASSERT_CLOSE(bare.x, 0.04, 1e-3, 0);
+    ASSERT_CLOSE(bare.y, 0.3, 1e-3, 0);
+    ASSERT_CLOSE(bare.z, 0.9, 1e-3, 0);
+    for (double cosine = 0.02; cosine < 1; cosine += 0.02) { /* the bound is one */
+        double bound = fresnel_film_bound(1.8, 400, (dvec3){0.04, 0.04, 0.04});
+        double most = dvec3_largest(fresnel_film(cosine, 1.8, 400, (dvec3){0.04, 0.04, 0.04}));
+        double m = 1 - cosine, schlick = bound + (1 - bound) * m * m * m * m * m;
+        if (!(most <= schlick + 0.02)) print_error("%g: %g > %g\n", cosine, most, schlick);
+        assert_true(most <= schlick + 0.02);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(beckmann_facets),
@@ -240,6 +305,7 @@ int main(void) {
         cmocka_unit_test(cook_torrance_values),
         cmocka_unit_test(cook_torrance_albedos),
         cmocka_unit_test(rough_glass_ends_in_smooth_glass),
+        cmocka_unit_test(films_interfere),
         cmocka_unit_test(materials_by_themselves),
     };
     return cmocka_run_group_tests(tests, start, stop);

@@ -687,6 +687,91 @@ static void a_normal_map_leans_as_it_says(void **state) {
     assert_true(n.z > 0 && n.x > 0.9);
 }
 
+/* ---- what a mesh brings: a second set of texture coordinates, tangents ---- */
+
+enum { UV2 = 6 };
+static const snell_vec3 board[] = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0},
+                                   {-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}};
+static const uint32_t board_indices[] = {0, 1, 2, 0, 2, 3};
+
+static snell_mesh_desc board_of(bool deforming) {
+    static const float times[] = {0, 1};
+    snell_mesh_desc desc = SNELL_INIT(mesh_desc);
+    desc.positions = board;
+    desc.positions_count = deforming ? 8 : 4;
+    desc.indices = board_indices;
+    desc.indices_count = 6;
+    desc.key_times = times;
+    desc.key_times_count = deforming ? 2 : 0;
+    return desc;
+}
+
+/* Red on the left, green on the right by the second set; by the first all red. */
+static void a_second_set_is_looked_up(void **state) {
+    (void)state;
+    static const uint8_t pixels[] = {255, 0, 0, 0, 255, 0};
+    static const snell_vec2 first[] = {{0.25f, 0.5f}, {0.25f, 0.5f}, {0.25f, 0.5f}, {0.25f, 0.5f}},
+                            second[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    for (int way = 0; way < 3; way++) { /* the last has no second set */
+        rig_clear(&bench);
+        snell_image_texture_desc image = image_of(pixels, 2, 1, RGB8, sizeof pixels);
+        snell_lambert_desc glow = SNELL_INIT(lambert_desc);
+        snell_mesh_desc mesh = board_of(way == 1);
+        snell_material_id id;
+        snell_shape_id shape;
+        image.map = UV2;
+        image.filter = 1; /* nearest */
+        MUST(snell_scene_add_image_texture(bench.scene, &image, &glow.emission.texture));
+        glow.emission.value = grey(1);
+        MUST(snell_scene_add_lambert(bench.scene, &glow, &id));
+        mesh.uvs = first;
+        mesh.uvs_count = 4;
+        mesh.uvs2 = second;
+        mesh.uvs2_count = way < 2 ? 4 : 0;
+        MUST(snell_scene_add_mesh(bench.scene, &mesh, &shape));
+        place(&bench, shape, id);
+        commit();
+        rgb left = trace_ray(&bench, SNELL_WHITTED, v3(-0.5, 0.1, 3), v3(-0.5, 0.1, 0), 0),
+            right = trace_ray(&bench, SNELL_WHITTED, v3(0.5, 0.1, 3), v3(0.5, 0.1, 0), 0);
+        ASSERT_CLOSE(left.c[0], 1, 1e-3, 0);
+        ASSERT_CLOSE(right.c[0], way < 2 ? 0 : 1, 0, 1e-3);
+        ASSERT_CLOSE(right.c[1], way < 2 ? 1 : 0, 0, 1e-3);
+    }
+}
+
+/* t = +y, and green along -1 times n x t = +x, whatever the texture coordinates say; and the grain. */
+static void tangents_of_a_mesh_count(void **state) {
+    (void)state;
+    static const float tangents[] = {0, 2, 0, -1, 0, 2, 0, -1, 0, 2, 0, -1, 0, 2, 0, -1};
+    static const snell_vec2 uvs[] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    for (int green = 0; green < 2; green++) {
+        rig_clear(&bench);
+        snell_principled_desc desc = SNELL_INIT(principled_desc);
+        snell_mesh_desc mesh = board_of(false);
+        snell_material_id id;
+        snell_shape_id shape;
+        desc.normal_map = green ? add_normals(128, 128 + 64, 128 + 64) : add_normals(128 + 64, 128, 128 + 64);
+        desc.anisotropy = flat(grey(0.5));
+        MUST(snell_scene_add_principled(bench.scene, &desc, &id));
+        mesh.uvs = uvs;
+        mesh.uvs_count = 4;
+        mesh.tangents = tangents;
+        mesh.tangents_count = 16;
+        MUST(snell_scene_add_mesh(bench.scene, &mesh, &shape));
+        place(&bench, shape, id);
+        commit();
+        ray r = towards((dvec3){0.1, 0.2, 3}, (dvec3){0.1, 0.2, 0});
+        hit h;
+        shade_point p = hit_of(bench.scene->frozen, &r, NULL, &h);
+        scene_bend_normal(bench.scene->frozen, &p);
+        ASSERT_CLOSE(p.ns.y / p.ns.z, green ? 0 : 1, 2e-2, 1e-12);
+        ASSERT_CLOSE(p.ns.x / p.ns.z, green ? 1 : 0, 2e-2, 1e-12);
+        ASSERT_CLOSE(dvec3_length(p.at.tangent), 1, 1e-6, 0);
+        ASSERT_CLOSE(dvec3_dot(p.at.tangent, p.ns), 0, 0, 1e-6);
+        assert_true(p.at.tangent.y > 0.6 && p.at.bitangent.x > 0.6);
+    }
+}
+
 /* A ramp of s metres per metre tilts by atan(s): by the gradient texture in object space, by an
  * image over u, v, and in a stretched instance. */
 static void a_ramp_tilts_by_its_slope(void **state) {
@@ -809,6 +894,8 @@ int main(void) {
         cmocka_unit_test_setup(a_far_board_does_not_alias, fresh),
         cmocka_unit_test_setup(a_flat_normal_map_changes_nothing, fresh),
         cmocka_unit_test_setup(a_normal_map_leans_as_it_says, fresh),
+        cmocka_unit_test_setup(a_second_set_is_looked_up, fresh),
+        cmocka_unit_test_setup(tangents_of_a_mesh_count, fresh),
         cmocka_unit_test_setup(a_ramp_tilts_by_its_slope, fresh),
     };
     return cmocka_run_group_tests(tests, start, stop);

@@ -50,6 +50,8 @@ static snell_status check_sampler(gltf *g, const json_t *sampler, const char *wh
         json_index(times, "componentType", 0) != 5126)
         return gltf_error(g, SNELL_ERR_SYNTAX, where,
                           "input: accessors[%zu] must hold one float per key", input);
+    if (!json_at(times, "min") || !json_at(times, "max"))
+        return gltf_warn(g, "%s: input: accessors[%zu] has no min and max", where, input);
     return SNELL_OK;
 }
 

@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "maths/functions.h"
+
 typedef struct semantic {
     const char *name;     /* "TEXCOORD_": any number follows */
     const char *types[2]; /* of the accessor */
@@ -48,6 +50,9 @@ static snell_status check_attributes(gltf *g, const json_t *map, const char *whe
         else if (s && strcmp(type, s->types[0]) != 0 && strcmp(type, s->types[1]) != 0)
             status = gltf_error(g, SNELL_ERR_SYNTAX, path, "accessors[%zu] must not be %s",
                                 accessor, type);
+        if (!status && json_index(json_item(g, "accessors", accessor), "componentType", 0) == 5125 &&
+            name[0] != '_')
+            status = gltf_warn(g, "%s: accessors[%zu] has whole numbers of 32 bits", path, accessor);
         if (*count == SIZE_MAX) *count = elements;
         if (!status && elements != *count)
             status = gltf_error(g, SNELL_ERR_SYNTAX, path, "has %zu elements where others have %zu",
@@ -148,39 +153,106 @@ static snell_status check_skin(gltf *g, size_t index) {
     return gltf_error(g, SNELL_ERR_SYNTAX, where, "accessors[%zu] must be MAT4", accessor);
 }
 
-/* ---- extensions that are used, but not declared ---- */
+static snell_status check_camera(gltf *g, size_t index) {
+    const json_t *flat = json_at(json_item(g, "cameras", index), "orthographic");
+    if (flat == NULL || (json_number(flat, "xmag", 1) != 0 && json_number(flat, "ymag", 1) != 0))
+        return SNELL_OK;
+    return gltf_warn(g, "cameras[%zu].orthographic: xmag and ymag must not be 0", index);
+}
 
-static bool is_declared(const gltf *g, const char *name) {
-    const json_t *used = json_at(g->root, "extensionsUsed");
+static snell_status check_light(gltf *g, const json_t *light, size_t index) {
+    const json_t *spot = json_at(light, "spot");
+    double outer = json_number(spot, "outerConeAngle", PI / 4),
+           inner = json_number(spot, "innerConeAngle", 0);
+    if (inner < outer) return SNELL_OK;
+    return gltf_warn(g, "light %zu: its inner angle %g must be less than its outer angle %g", index,
+                     inner, outer);
+}
+
+/* ---- extensions that are used, but not declared, or where they have no place ---- */
+
+static bool is_listed(const gltf *g, const char *list, const char *name) {
+    const json_t *used = json_at(g->root, list);
     for (size_t i = 0; i < json_array_size(used); i++)
         if (strcmp(json_string_value(json_array_get(used, i)), name) == 0) return true;
     return false;
 }
 
-static snell_status check_declared(gltf *g, const json_t *extensions) {
+static snell_status check_listed_once(gltf *g, const char *list) {
+    const json_t *names = json_at(g->root, list);
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < json_array_size(names) && !status; i++)
+        for (size_t k = 0; k < i && !status; k++)
+            if (strcmp(json_string_value(json_array_get(names, i)),
+                       json_string_value(json_array_get(names, k))) == 0)
+                status = gltf_warn(g, "%s: %.100s is named twice", list,
+                                   json_string_value(json_array_get(names, i)));
+    return status;
+}
+
+/* Whether the extension may stand in an object that is the value, or in the list, of this key. */
+static bool has_place(const char *extension, const char *owner) {
+    static const struct {
+        const char *begins, *owners; /* "*Texture": any key that ends so; "/": the file itself */
+    } places[] = {{"KHR_materials_", "materials"},
+                  {"KHR_lights_punctual", "/ nodes"},
+                  {"KHR_texture_transform", "*Texture"},
+                  {"EXT_texture_webp", "textures"},
+                  {"KHR_mesh_quantization", ""},
+                  {"EXT_mesh_gpu_instancing", "nodes"},
+                  {"KHR_draco_mesh_compression", "primitives"}};
+    size_t length = strlen(owner);
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        if (strncmp(extension, places[i].begins, strlen(places[i].begins)) != 0) continue;
+        if (places[i].owners[0] == '*')
+            return length >= 7 && strcmp(owner + length - 7, "Texture") == 0;
+        return strstr(places[i].owners, owner) && places[i].owners[0];
+    }
+    return true;
+}
+
+static snell_status check_declared(gltf *g, const json_t *extensions, const char *owner) {
     const char *name;
     json_t *value;
     json_object_foreach((json_t *)(uintptr_t)extensions, name, value) {
         snell_status status = SNELL_OK;
-        if (!is_declared(g, name)) status = gltf_warn(g, "%.100s: is not in extensionsUsed", name);
+        if (!is_listed(g, "extensionsUsed", name))
+            status = gltf_warn(g, "%.100s: is not in extensionsUsed", name);
+        if (!status && !has_place(name, owner))
+            status = gltf_warn(g, "%.100s: has no place in %.60s: ignored", name, owner);
         if (status) return status;
     }
     return SNELL_OK;
 }
 
-/* The parser bounds the depth of the JSON, and so the depth of this. */
-static snell_status walk_extensions(gltf *g, const json_t *value) {
+/* owner: the key whose value, or whose list's element, this is. The parser bounds the depth of the
+ * JSON, and so the depth of this. */
+static snell_status walk_extensions(gltf *g, const json_t *value, const char *owner) {
     snell_status status = SNELL_OK;
     const char *key;
     json_t *inner;
     for (size_t i = 0; i < json_array_size(value) && !status; i++)
-        status = walk_extensions(g, json_array_get(value, i));
+        status = walk_extensions(g, json_array_get(value, i), owner);
     json_object_foreach((json_t *)(uintptr_t)value, key, inner) {
-        if (!status && strcmp(key, "extensions") == 0) status = check_declared(g, inner);
+        if (strcmp(key, "extras") == 0) continue;
+        if (!status && strcmp(key, "extensions") == 0) status = check_declared(g, inner, owner);
         if (!status && (json_is_object(inner) || json_is_array(inner)))
-            status = walk_extensions(g, inner);
+            status = walk_extensions(g, inner, key);
     }
     return status;
+}
+
+static snell_status check_extensions(gltf *g) {
+    const json_t *lights =
+        json_at(json_extension(g->root, "KHR_lights_punctual"), "lights");
+    snell_status status = check_listed_once(g, "extensionsUsed");
+    if (!status) status = check_listed_once(g, "extensionsRequired");
+    if (!status && is_listed(g, "extensionsUsed", "KHR_mesh_quantization") &&
+        !is_listed(g, "extensionsRequired", "KHR_mesh_quantization"))
+        status = gltf_warn(g, "KHR_mesh_quantization: must be in extensionsRequired");
+    for (size_t i = 0; i < json_array_size(lights) && !status; i++)
+        status = check_light(g, json_array_get(lights, i), i);
+    return status ? status : walk_extensions(g, g->root, "/");
 }
 
 snell_status gltf_check_meaning(gltf *g) {
@@ -190,5 +262,6 @@ snell_status gltf_check_meaning(gltf *g) {
     for (size_t i = 0; i < json_count(g, "skins") && !status; i++) status = check_skin(g, i);
     for (size_t i = 0; i < json_count(g, "animations") && !status; i++)
         status = gltf_check_animation(g, i);
-    return status ? status : walk_extensions(g, g->root);
+    for (size_t i = 0; i < json_count(g, "cameras") && !status; i++) status = check_camera(g, i);
+    return status ? status : check_extensions(g);
 }

@@ -380,9 +380,6 @@ static snell_status warn_of_losses(gltf *g, const json_t *material) {
     if (!status &&
         json_at(json_extension(material, "KHR_materials_clearcoat"), "clearcoatNormalTexture"))
         status = gltf_warn(g, "normal maps of a clearcoat are not supported: ignored");
-    if (!status && json_number(json_extension(material, "KHR_materials_dispersion"), "dispersion", 0) > 0)
-        status = gltf_warn(g, "KHR_materials_dispersion is not supported: all colours are refracted "
-                              "alike");
     bool passes = json_number(json_extension(material, "KHR_materials_transmission"),
                               "transmissionFactor", 0) > 0;
     const json_t *thin = json_extension(material, "KHR_materials_iridescence"),

@@ -331,8 +331,8 @@ static snell_status make_segments(builder *b, const uint32_t *in, size_t count, 
 }
 
 enum { ROD_SIDES = 6, ROD_VERTICES = 2 * ROD_SIDES, BALL_VERTICES = 6 };
-/* Of the box about all that is drawn: about a pixel and a half, and three, of a usual picture. */
-static const double rod_radius = 0.0015, ball_radius = 0.0025;
+/* Of the box about all that is drawn: about two pixels, and three, of a usual picture. */
+static const double rod_radius = 0.0025, ball_radius = 0.004;
 
 static void put_rod(const float *positions, const uint32_t *ends, double radius, float *out,
                     float *normals) {

@@ -189,7 +189,7 @@ static const rule sampler[] = {{.name = "magFilter", RULE_INT},
                                {.name = "wrapS", RULE_INT},
                                {.name = "wrapT", RULE_INT},
                                {0}};
-static const rule texture_webp[] = {{.name = "source", RULE_REF, true, .list = "images"}, {0}};
+static const rule texture_webp[] = {{.name = "source", RULE_REF, .list = "images"}, {0}};
 static const rule texture_extensions[] = {
     {.name = "EXT_texture_webp", RULE_OBJECT, .object = texture_webp}, {0}};
 static const rule texture[] = {{.name = "sampler", RULE_REF, .list = "samplers"},

@@ -84,7 +84,7 @@ dvec3 fresnel_film(double cosine, double ior, double thickness, dvec3 f0) {
     for (int c = 0; c < 3; c++) {
         double r23 = far_side(bases[c], ior, cos2, shifts[c]);
         *shifts[c] += ior < 1 ? 0 : PI; /* at the near side from within */
-        r123[c] = double_min(double_max(r12 * r23, 1e-5), 0.9999);
+        r123[c] = double_min(r12 * r23, 0.9999);
         rs[c] = t121 * t121 * r23 / (1 - r123[c]);
         sum[c] = r12 + rs[c];
     }

@@ -164,7 +164,7 @@ def materials():
             "KHR_materials_sheen": {"sheenColorFactor": [0, 0.5, 1], "sheenRoughnessFactor": 0.5},
             "KHR_materials_transmission": {"transmissionFactor": 0.25}}}]
     f.json["extensionsUsed"] = ["KHR_materials_" + e for e in
-                                ("transmission", "ior", "volume", "unlit", "emissive_strength", "specular", "clearcoat", "sheen", "iridescence")]
+                                ("transmission", "ior", "volume", "unlit", "emissive_strength", "specular", "clearcoat", "sheen", "pearl")]
     for m in range(len(f.json["materials"])):
         f.mesh({"POSITION": p}, material=m)
     f.save("materials.gltf")
@@ -244,10 +244,11 @@ def others():
     write("points.obj", b"v 0 0 0\nv 1 0 0\np 1 2\n")
 
 
-boxes()
-modes()
-alpha()
-materials()
-nodes()
-skin_and_morph()
-others()
+if __name__ == "__main__":
+    boxes()
+    modes()
+    alpha()
+    materials()
+    nodes()
+    skin_and_morph()
+    others()
