@@ -403,7 +403,8 @@ static void losses_are_said(void **state) {
               "{\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"}],"
               "\"textures\":[{},{}],\"materials\":[{\"pbrMetallicRoughness\":{\"baseColorTexture\":"
               "{\"index\":0,\"texCoord\":1}},\"normalTexture\":{\"index\":1,\"texCoord\":2},"
-              "\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":1}},{\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}},"
+              "\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":1}},{"
+              "\"pbrMetallicRoughness\":{\"baseColorTexture\":{\"index\":0}},"
               "\"emissiveFactor\":[1,1,1],\"emissiveTexture\":{\"index\":1,\"texCoord\":1}}],"
               "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"material\":0},"
               "{\"attributes\":{\"POSITION\":0},\"material\":1}]}],\"nodes\":[{\"mesh\":0}],"
@@ -413,7 +414,8 @@ static void losses_are_said(void **state) {
     snell_status status = import_path(write_scratch(".gltf", text, sizeof text - 1), &plain, &d);
     if (status) print_error("%s\n", error_last()->text);
     assert_int_equal(status, SNELL_OK);
-    assert_true(has_message(d, "the model is shown at rest; it has animations: 1 (0 s, frames 1 to 1)"));
+    assert_true(
+        has_message(d, "the model is shown at rest; it has animations: 1 (0 s, frames 1 to 1)"));
     size_t said = 0;
     for (size_t i = 0; i < d->message_count; i++)
         said += strstr(d->messages[i].text, "three sets of texture coordinates") != NULL;

@@ -175,8 +175,8 @@ static void steps_hold_until_the_next_key(void **state) {
     (void)state;
     description *d = load("animated.gltf", 3, NULL, 5); /* at 0.4 s: the key itself */
     near3(seen_at(instance_named(d, "child"), 0.4, 1, 0, 0),
-          24 * 0.4 - sin(18 * DEGREE) + 2 * cos(18 * DEGREE), cos(18 * DEGREE) + 2 * sin(18 * DEGREE),
-          0);
+          24 * 0.4 - sin(18 * DEGREE) + 2 * cos(18 * DEGREE),
+          cos(18 * DEGREE) + 2 * sin(18 * DEGREE), 0);
     near(clock_of(d)->fps, 5);
     assert_int_equal(clock_of(d)->last, 11);
     description_destroy(d);
@@ -371,7 +371,8 @@ static void broken_animations_are_errors(void **state) {
         {HEAD "\"channels\":[" TO("0", "scale") "]," FROM("0", "1",
                                                           ",\"interpolation\":\"CUBICSPLINE\""),
          "2 keys need 3 each"},
-        {HEAD "\"channels\":[" TO("0", "scale") "]," FROM("0", "1", ",\"interpolation\":\"BEZIER\""),
+        {HEAD
+         "\"channels\":[" TO("0", "scale") "]," FROM("0", "1", ",\"interpolation\":\"BEZIER\""),
          "'BEZIER' is not one of STEP|LINEAR|CUBICSPLINE"},
         {HEAD "\"channels\":[" TO("0", "scale") "," TO("0", "scale") "]," FROM("0", "1", ""),
          "two move nodes[0].scale"},
@@ -537,6 +538,63 @@ static void points_and_lines_have_a_thickness(void **state) {
     description_destroy(d);
 }
 
+/* ---- hostile bytes ---- */
+
+static uint64_t random_next(uint64_t *state) { /* xorshift64* */
+    *state ^= *state >> 12;
+    *state ^= *state << 25;
+    *state ^= *state >> 27;
+    return *state * 2685821657736338717u;
+}
+
+static void mutate(char *data, size_t size, uint64_t *seed) {
+    static const char *const words[] = {"-1", "0", "7", "1e308", "null", "[]", "5121", "255"};
+    for (uint64_t n = 1 + random_next(seed) % 3; n > 0; n--) {
+        size_t at = random_next(seed) % size;
+        const char *word = words[random_next(seed) % 8];
+        size_t length = strlen(word);
+        if (random_next(seed) % 2)
+            data[at] = (char)('0' + random_next(seed) % 10);
+        else if (at + length <= size)
+            memcpy(data + at, word, length);
+    }
+}
+
+static void mutants_do_no_harm(void **state) {
+    (void)state;
+    static const char *const names[] = {"animated", "deforming", "uvs",  "extensions",
+                                        "webp",     "draco",     "lines"};
+    size_t total = getenv("SNELL_FULL") ? 50000 : 1500, loaded = 0;
+    uint64_t seed = 88172645463325252u;
+    char path[600];
+    snprintf(path, sizeof path, "%s/snell_test_gltf_%d.gltf",
+             access("/dev/shm", W_OK) == 0 ? "/dev/shm" : TEST_BINARY_DIR, (int)getpid());
+    for (size_t n = 0; n < total; n++) {
+        static char text[16384];
+        char from[1024];
+        snprintf(from, sizeof from, "%s%s.gltf", DATA, names[n % 7]);
+        FILE *f = fopen(from, "rb");
+        assert_non_null(f);
+        size_t size = fread(text, 1, sizeof text, f);
+        fclose(f);
+        mutate(text, size, &seed);
+        f = fopen(path, "wb");
+        assert_non_null(f);
+        assert_int_equal(fwrite(text, 1, size, f), size);
+        assert_int_equal(fclose(f), 0);
+        import_options options = plain;
+        options.frame = 2 * (uint32_t)(n % 3);
+        description *d;
+        snell_status status = import_path(path, &options, &d);
+        assert_true(status != SNELL_ERR_INTERNAL);
+        loaded += status == SNELL_OK;
+        description_destroy(d);
+    }
+    unlink(path);
+    print_message("%zu of %zu mutants still load\n", loaded, total);
+    assert_true(loaded > 0 && loaded < total);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(without_a_frame_a_model_rests),
@@ -554,6 +612,7 @@ int main(void) {
         cmocka_unit_test(webp_is_a_texture),
         cmocka_unit_test(draco_is_decoded),
         cmocka_unit_test(points_and_lines_have_a_thickness),
+        cmocka_unit_test(mutants_do_no_harm),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

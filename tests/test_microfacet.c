@@ -281,7 +281,8 @@ static void films_interfere(void **state) {
                 worst = double_max(worst, most);
                 colourful = double_max(colourful, fabs(want.x - want.z));
             }
-    print_message("films: at most %.3f from Airy's sum, colours differ by up to %.3f\n", worst, colourful);
+    print_message("films: at most %.3f from Airy's sum, colours differ by up to %.3f\n", worst,
+                  colourful);
     assert_true(colourful > 0.2);
     assert_true(worst < 0.08);
     /* No film: the base alone. */

@@ -750,7 +750,8 @@ static void tangents_of_a_mesh_count(void **state) {
         snell_mesh_desc mesh = board_of(false);
         snell_material_id id;
         snell_shape_id shape;
-        desc.normal_map = green ? add_normals(128, 128 + 64, 128 + 64) : add_normals(128 + 64, 128, 128 + 64);
+        desc.normal_map =
+            green ? add_normals(128, 128 + 64, 128 + 64) : add_normals(128 + 64, 128, 128 + 64);
         desc.anisotropy = flat(grey(0.5));
         MUST(snell_scene_add_principled(bench.scene, &desc, &id));
         mesh.uvs = uvs;

@@ -225,8 +225,8 @@ static int check_takes_values(const snell_scene *scene, const char *path) {
     snell_status status = snell_scene_get_stats(scene, &stats);
     if (status != SNELL_OK) return report_status(status, path);
     if (strcmp(stats.format, "lua") == 0 || stats.param_count > 0) return EXIT_DONE;
-    return report_usage("only scene programs and animated models do: 'snell help param'", "%s takes no values (-D)",
-                        path);
+    return report_usage("only scene programs and animated models do: 'snell help param'",
+                        "%s takes no values (-D)", path);
 }
 
 /* A frame of what does not change is a mistake too. */

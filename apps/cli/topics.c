@@ -43,7 +43,7 @@ static const char scene_text[] =
     "How it looks\n"
     "  material.lambert { .. }                   'snell help materials'\n"
     "  light.point { .. }                        'snell help lights'\n"
-    "  texture.image { file = \"wood.png\" }       PNG, JPEG, HDR, EXR or PFM\n"
+    "  texture.image { file = \"wood.png\" }       PNG, JPEG, WebP, HDR, EXR, PFM\n"
     "  texture.checker { a, b, size = 1 }        two colours; also gradient, noise\n"
     "\n"
     "A texture may stand wherever a colour or a number varies over a surface.\n"
@@ -158,7 +158,11 @@ static const char motion_text[] =
     "\n"
     "The program runs once for each frame: what reads 'time' or 'frame' differs\n"
     "between frames, what has motion also blurs within one. --frame N makes one\n"
-    "frame, --frames A..B each in a file of its own.";
+    "frame, --frames A..B each in a file of its own.\n"
+    "\n"
+    "A glTF file with animations has frames of its own: snell fox.glb --frame 6, with\n"
+    "-D animation=NAME for another than the first and -D fps=30 for 30 a second in\n"
+    "place of 24. Without --frame it rests. snell info fox.glb lists them.";
 
 static const char textures_text[] =
     "  texture.image { file = \"wood.png\", encoding = \"srgb\" }     PNG or JPEG\n"
@@ -236,6 +240,10 @@ static const char model_text[] =
     "  name          stands before the names of its parts\n"
     "  camera        boolean: also take its cameras                          [false]\n"
     "  lights        boolean: also take its lights                           [false]\n"
+    "  animation     of a glTF file: a name, a number as text, or all        [first]\n"
+    "\n"
+    "Where the scene has animation{}, an animated model follows its clock; else it\n"
+    "rests, unless its animation is named.\n"
     "\n"
     "It is a group: an instance may take it, and it has .bounds. mesh { file = }\n"
     "does the same without cameras and lights.";

@@ -210,8 +210,9 @@ static void set_uv(const mesh_desc *mesh, const uint32_t *index, const double we
 }
 
 bool mesh_point_weights(const mesh_corners *at, dvec3 p, double weight[3]) {
-    dvec3 ab = dvec3_sub(at->vertex[1], at->vertex[0]), ac = dvec3_sub(at->vertex[2], at->vertex[0]),
-          ap = dvec3_sub(p, at->vertex[0]), n = dvec3_cross(ab, ac);
+    dvec3 ab = dvec3_sub(at->vertex[1], at->vertex[0]),
+          ac = dvec3_sub(at->vertex[2], at->vertex[0]), ap = dvec3_sub(p, at->vertex[0]),
+          n = dvec3_cross(ab, ac);
     double square = dvec3_dot(n, n);
     if (!(square > 0)) return false;
     weight[1] = dvec3_dot(dvec3_cross(ap, ac), n) / square;

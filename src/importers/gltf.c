@@ -169,11 +169,21 @@ static snell_status check_version(const gltf *g) {
 
 /* Extensions that this reader obeys. */
 static const char *const known_extensions[] = {
-    "KHR_lights_punctual",        "KHR_materials_unlit",     "KHR_materials_emissive_strength",
-    "KHR_materials_transmission", "KHR_materials_ior",       "KHR_materials_volume",
-    "KHR_materials_specular",     "KHR_materials_clearcoat", "KHR_materials_sheen",
-    "KHR_materials_anisotropy",   "KHR_materials_iridescence", "KHR_materials_pbrSpecularGlossiness",
-    "KHR_texture_transform",      "KHR_mesh_quantization",   "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_materials_unlit",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_transmission",
+    "KHR_materials_ior",
+    "KHR_materials_volume",
+    "KHR_materials_specular",
+    "KHR_materials_clearcoat",
+    "KHR_materials_sheen",
+    "KHR_materials_anisotropy",
+    "KHR_materials_iridescence",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_texture_transform",
+    "KHR_mesh_quantization",
+    "EXT_mesh_gpu_instancing",
 #if SNELL_HAS_WEBP
     "EXT_texture_webp",
 #endif
@@ -216,8 +226,8 @@ static snell_status warn_of_scenes(gltf *g) {
     for (size_t i = 0; i < count && used + 80 < sizeof list; i++) {
         const char *name = json_text(json_item(g, "scenes", i), "name");
         if (i == shown) continue;
-        used += (size_t)snprintf(list + used, sizeof list - used, "%s%zu%s%.40s", used ? ", " : "", i,
-                                 name ? " " : "", name ? name : "");
+        used += (size_t)snprintf(list + used, sizeof list - used, "%s%zu%s%.40s", used ? ", " : "",
+                                 i, name ? " " : "", name ? name : "");
     }
     return gltf_warn(g, "scene %zu of %zu is shown; not shown: %s", shown, count, list);
 }

@@ -70,7 +70,7 @@ typedef struct gltf_node {
     size_t parent;                   /* SIZE_MAX: a root */
     dmat world;                      /* at rest, or at the frame's own time */
     gltf_track *tracks[TRACK_KINDS]; /* owned; NULL: as the node says */
-    dmat *worlds;                    /* owned; at each of the clock's times; NULL: it stands still */
+    dmat *worlds; /* owned; at each of the clock's times; NULL: it stands still */
 } gltf_node;
 
 typedef struct gltf {
@@ -94,8 +94,8 @@ typedef struct gltf {
     size_t instance_count;
     bool posed; /* an animation moves it: tracks and times are set */
     float times[CLOCK_TIMES];
-    double duration; /* of the animation, seconds */
-    double size;     /* see gltf_scene_size; 0: not known yet */
+    double duration;     /* of the animation, seconds */
+    double size;         /* see gltf_scene_size; 0: not known yet */
     unsigned uv_sets[2]; /* of the material that is being read */
     name_set names;
 } gltf;

@@ -122,8 +122,9 @@ static snell_status check_targets(gltf *g, const json_t *channels, size_t index)
     snprintf(where, sizeof where, "animations[%zu].channels", index);
     for (size_t i = 1; i < used && !status; i++)
         if (targets[i] == targets[i - 1])
-            status = gltf_error(g, SNELL_ERR_SYNTAX, where, "two move nodes[%zu].%s",
-                                (size_t)(targets[i] / TRACK_KINDS), paths[targets[i] % TRACK_KINDS]);
+            status =
+                gltf_error(g, SNELL_ERR_SYNTAX, where, "two move nodes[%zu].%s",
+                           (size_t)(targets[i] / TRACK_KINDS), paths[targets[i] % TRACK_KINDS]);
     free(targets);
     return status;
 }
@@ -154,8 +155,8 @@ static snell_status check_times(gltf *g, const gltf_track *t, size_t accessor) {
         double time = (double)t->times[i];
         if (!(time >= 0 && time < 1e6) || (i > 0 && !(t->times[i] > t->times[i - 1])))
             return gltf_error(g, SNELL_ERR_SYNTAX, where,
-                              "the time %g of key %zu is negative, too large or not ascending", time,
-                              i);
+                              "the time %g of key %zu is negative, too large or not ascending",
+                              time, i);
     }
     return SNELL_OK;
 }
@@ -163,7 +164,8 @@ static snell_status check_times(gltf *g, const gltf_track *t, size_t accessor) {
 static snell_status read_track(gltf *g, const json_t *animation, const json_t *channel,
                                const char *where) {
     const json_t *target = json_at(channel, "target"),
-                 *sampler = animation_list(animation, "samplers", json_index(channel, "sampler", 0));
+                 *sampler =
+                     animation_list(animation, "samplers", json_index(channel, "sampler", 0));
     size_t node = json_index(target, "node", SIZE_MAX), input = json_index(sampler, "input", 0);
     int kind = path_kind(json_text(target, "path"));
     if (node == SIZE_MAX || kind == TRACK_KINDS) return SNELL_OK;
@@ -291,9 +293,9 @@ static void list_animations(const gltf *g, double fps, char *out, size_t size) {
     for (size_t i = 0; i < json_count(g, "animations") && used + 160 < size; i++) {
         double duration = said_duration(g, i);
         const char *name = animation_name(g, i);
-        used += (size_t)snprintf(out + used, size - used,
-                                 "%s%zu%s%.60s (%.4g s, frames 1 to %d)", i ? ", " : "", i + 1,
-                                 *name ? " " : "", name, duration, last_frame(duration, fps));
+        used += (size_t)snprintf(out + used, size - used, "%s%zu%s%.60s (%.4g s, frames 1 to %d)",
+                                 i ? ", " : "", i + 1, *name ? " " : "", name, duration,
+                                 last_frame(duration, fps));
     }
     if (used + 160 >= size) snprintf(out + used, size - used, ", ...");
 }
@@ -358,17 +360,19 @@ static snell_status read_fps(const gltf *g, double *fps) {
                           "such as -D fps=30");
 }
 
-static snell_status add_clock(gltf *g, double fps, uint32_t frame, int32_t last, const char *chosen) {
+static snell_status add_clock(gltf *g, double fps, uint32_t frame, int32_t last,
+                              const char *chosen) {
     char list[1000], number[32];
     list_animations(g, fps, list, sizeof list);
     snprintf(number, sizeof number, "%.6g", fps);
     const char *first = *animation_name(g, 0) ? animation_name(g, 0) : "1";
-    snell_param params[] = {{.name = "first", .kind = SNELL_PARAM_INT, .value.i = 1},
-                            {.name = "last", .kind = SNELL_PARAM_INT, .value.i = last},
-                            {.name = "frame", .kind = SNELL_PARAM_INT, .value.i = frame ? frame : 1},
-                            {.name = "fps", .kind = SNELL_PARAM_FLOAT, .value.f = fps}};
-    snell_status status = description_add_param(g->d, "animation", "string", chosen ? chosen : first,
-                                                first, list);
+    snell_param params[] = {
+        {.name = "first", .kind = SNELL_PARAM_INT, .value.i = 1},
+        {.name = "last", .kind = SNELL_PARAM_INT, .value.i = last},
+        {.name = "frame", .kind = SNELL_PARAM_INT, .value.i = frame ? frame : 1},
+        {.name = "fps", .kind = SNELL_PARAM_FLOAT, .value.f = fps}};
+    snell_status status =
+        description_add_param(g->d, "animation", "string", chosen ? chosen : first, first, list);
     if (!status)
         status = description_add_param(g->d, "fps", "number", number, "24", "frames in a second");
     if (!status)
@@ -390,7 +394,8 @@ static void set_times(gltf *g, double start, double frame) {
 snell_status gltf_choose_animation(gltf *g) {
     const import_options *o = g->options;
     if (json_count(g, "animations") == 0)
-        return o->animation ? gltf_error(g, SNELL_ERR_ARGUMENT, "", "it has no animations") : SNELL_OK;
+        return o->animation ? gltf_error(g, SNELL_ERR_ARGUMENT, "", "it has no animations")
+                            : SNELL_OK;
     const char *word = o->within ? o->animation : find_param(o, "animation");
     int64_t chosen = 0;
     double fps;

@@ -50,9 +50,11 @@ static snell_status check_attributes(gltf *g, const json_t *map, const char *whe
         else if (s && strcmp(type, s->types[0]) != 0 && strcmp(type, s->types[1]) != 0)
             status = gltf_error(g, SNELL_ERR_SYNTAX, path, "accessors[%zu] must not be %s",
                                 accessor, type);
-        if (!status && json_index(json_item(g, "accessors", accessor), "componentType", 0) == 5125 &&
+        if (!status &&
+            json_index(json_item(g, "accessors", accessor), "componentType", 0) == 5125 &&
             name[0] != '_')
-            status = gltf_warn(g, "%s: accessors[%zu] has whole numbers of 32 bits", path, accessor);
+            status =
+                gltf_warn(g, "%s: accessors[%zu] has whole numbers of 32 bits", path, accessor);
         if (*count == SIZE_MAX) *count = elements;
         if (!status && elements != *count)
             status = gltf_error(g, SNELL_ERR_SYNTAX, path, "has %zu elements where others have %zu",
@@ -86,7 +88,8 @@ static snell_status check_draco(gltf *g, const json_t *primitive, const char *wh
         bool known = json_at(json_at(primitive, "attributes"), name) != NULL;
         if (!json_is_integer(value) || json_integer_value(value) < 0 || !known)
             return gltf_error(g, SNELL_ERR_SYNTAX, where,
-                              "KHR_draco_mesh_compression: %.60s is not an attribute's number", name);
+                              "KHR_draco_mesh_compression: %.60s is not an attribute's number",
+                              name);
     }
     return SNELL_OK;
 }
@@ -243,8 +246,7 @@ static snell_status walk_extensions(gltf *g, const json_t *value, const char *ow
 }
 
 static snell_status check_extensions(gltf *g) {
-    const json_t *lights =
-        json_at(json_extension(g->root, "KHR_lights_punctual"), "lights");
+    const json_t *lights = json_at(json_extension(g->root, "KHR_lights_punctual"), "lights");
     snell_status status = check_listed_once(g, "extensionsUsed");
     if (!status) status = check_listed_once(g, "extensionsRequired");
     if (!status && is_listed(g, "extensionsUsed", "KHR_mesh_quantization") &&

@@ -136,8 +136,9 @@ static snell_status copy_part(const decoded_image *image, const texture_entry *k
     int use = key->use;
     float at = key->ramp[0], slope = key->ramp[1];
     snell_status status = use == USE_ALPHA ? image_copy_alpha(image, out)
-                          : use >= USE_RED ? image_copy_channel(image, (uint32_t)(use - USE_RED), out)
-                                           : image_copy_color(image, out);
+                          : use >= USE_RED
+                              ? image_copy_channel(image, (uint32_t)(use - USE_RED), out)
+                              : image_copy_color(image, out);
     if (status || (at == 0 && slope == 1)) return status;
     size_t size = (size_t)out->width * out->height * out->channels;
     for (size_t i = 0; i < size; i++)
@@ -199,8 +200,9 @@ static snell_status choose_set(gltf *g, const json_t *info, bool *second) {
     *second = set != g->uv_sets[0];
     if (!*second || set == g->uv_sets[1]) return SNELL_OK;
     *second = false;
-    return gltf_warn(g, "a material's textures use three sets of texture coordinates: two are kept, "
-                        "and the third looks up as the base colour does");
+    return gltf_warn(g,
+                     "a material's textures use three sets of texture coordinates: two are kept, "
+                     "and the third looks up as the base colour does");
 }
 
 /* The texture of a textureInfo, made once per use; id 0 when its image is missing, or when its
@@ -550,7 +552,8 @@ static snell_status read_emission(gltf *g, const json_t *material, surface *s) {
     if (!s->has_emission) return SNELL_OK;
     s->emission.value = (snell_vec3){(float)(factor[0] * strength), (float)(factor[1] * strength),
                                      (float)(factor[2] * strength)};
-    return gltf_texture(g, json_at(material, "emissiveTexture"), USE_COLOR, as_it_is, &s->emission.texture);
+    return gltf_texture(g, json_at(material, "emissiveTexture"), USE_COLOR, as_it_is,
+                        &s->emission.texture);
 }
 
 static snell_status read_normals(gltf *g, const json_t *material, surface *s) {
@@ -585,8 +588,7 @@ snell_status gltf_material(gltf *g, size_t index, uint32_t *out) {
     snell_status status = SNELL_OK;
     char where[JSON_PATH_SIZE] = "the default material";
     if (!none) snprintf(where, sizeof where, "materials[%zu]", index);
-    if (*made == NO_MATERIAL)
-        status = make_material(g, index, where, made);
+    if (*made == NO_MATERIAL) status = make_material(g, index, where, made);
     *out = *made;
     return status;
 }

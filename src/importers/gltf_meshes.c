@@ -338,8 +338,9 @@ static void put_rod(const float *positions, const uint32_t *ends, double radius,
                     float *normals) {
     static const double hexagon[ROD_SIDES][2] = {{1, 0},  {0.5, 0.8660254},   {-0.5, 0.8660254},
                                                  {-1, 0}, {-0.5, -0.8660254}, {0.5, -0.8660254}};
-    dvec3 from = load3(positions + 3 * (size_t)ends[0]), to = load3(positions + 3 * (size_t)ends[1]),
-          along = dvec3_normalize(dvec3_sub(to, from)), x = {1, 0, 0}, y = {0, 1, 0};
+    dvec3 from = load3(positions + 3 * (size_t)ends[0]),
+          to = load3(positions + 3 * (size_t)ends[1]), along = dvec3_normalize(dvec3_sub(to, from)),
+          x = {1, 0, 0}, y = {0, 1, 0};
     if (dvec3_dot(along, along) > 0) dvec3_frame(along, &x, &y);
     for (int i = 0; i < ROD_SIDES; i++) {
         dvec3 n = dvec3_add(dvec3_scale(x, hexagon[i][0]), dvec3_scale(y, hexagon[i][1]));
@@ -458,7 +459,7 @@ static snell_status read_topology(builder *b, size_t mode) {
         if (in[i] >= b->count)
             status = gltf_error(b->g, SNELL_ERR_SYNTAX, where, "index %u: there are %zu vertices",
                                 in[i], b->count);
-    bool whole = mode == MODE_TRIANGLES ? count >= 3 && count % 3 == 0
+    bool whole = mode == MODE_TRIANGLES  ? count >= 3 && count % 3 == 0
                  : mode > MODE_TRIANGLES ? count >= 3
                  : mode == MODE_POINTS   ? count >= 1
                                          : count >= 2 && (mode != MODE_LINES || count % 2 == 0);
@@ -515,7 +516,8 @@ static snell_status read_vertices(builder *b) {
     if (!status) status = morph(b);
     if (!status && b->pose->joints) status = apply_skin(b, map);
     if (!status) drop_still_times(b);
-    if (b->time_count > 1) free(b->tangents), b->tangents = NULL; /* texture coordinates have them */
+    if (b->time_count > 1)
+        free(b->tangents), b->tangents = NULL; /* texture coordinates have them */
     return status;
 }
 
@@ -559,11 +561,11 @@ static snell_status open_draco(builder *b) {
     const uint8_t *data;
     size_t size;
     if (!SNELL_HAS_DRACO || compressed == NULL) return SNELL_OK;
-    snell_status status = gltf_view_bytes(b->g, json_index(compressed, "bufferView", 0), &data, &size);
+    snell_status status =
+        gltf_view_bytes(b->g, json_index(compressed, "bufferView", 0), &data, &size);
     if (status) return status;
     const char *wrong = draco_open(data, size, &b->draco);
-    if (wrong)
-        return gltf_error(b->g, SNELL_ERR_SYNTAX, b->where, "broken Draco data: %s", wrong);
+    if (wrong) return gltf_error(b->g, SNELL_ERR_SYNTAX, b->where, "broken Draco data: %s", wrong);
     if (draco_point_count(b->draco) == b->count) return SNELL_OK;
     return gltf_error(b->g, SNELL_ERR_SYNTAX, b->where,
                       "the data that Draco has compressed has %zu vertices, the accessors have %zu",

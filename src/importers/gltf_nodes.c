@@ -118,16 +118,18 @@ double gltf_scale(const dmat *a) {
     return volume > 0 ? fn_pow(volume, 1.0 / 3) : 1;
 }
 
-static void add_corners(const gltf *g, const dmat *world, size_t accessor, dvec3 *low, dvec3 *high) {
+static void add_corners(const gltf *g, const dmat *world, size_t accessor, dvec3 *low,
+                        dvec3 *high) {
     const json_t *a = json_item(g, "accessors", accessor);
     double ends[2][3] = {{0, 0, 0}, {0, 0, 0}};
     json_numbers(a, "min", ends[0], 3);
     json_numbers(a, "max", ends[1], 3);
     for (int corner = 0; corner < 8; corner++) {
-        dvec3 p = dmat_point(world, (dvec3){ends[corner & 1][0], ends[corner >> 1 & 1][1],
-                                            ends[corner >> 2][2]});
+        dvec3 p = dmat_point(
+            world, (dvec3){ends[corner & 1][0], ends[corner >> 1 & 1][1], ends[corner >> 2][2]});
         *low = (dvec3){double_min(low->x, p.x), double_min(low->y, p.y), double_min(low->z, p.z)};
-        *high = (dvec3){double_max(high->x, p.x), double_max(high->y, p.y), double_max(high->z, p.z)};
+        *high =
+            (dvec3){double_max(high->x, p.x), double_max(high->y, p.y), double_max(high->z, p.z)};
     }
 }
 
@@ -136,9 +138,11 @@ double gltf_scene_size(gltf *g) {
     if (g->size > 0) return g->size;
     for (size_t i = 0; i < json_count(g, "nodes"); i++) {
         size_t mesh = json_index(json_item(g, "nodes", i), "mesh", SIZE_MAX);
-        const json_t *list = mesh == SIZE_MAX ? NULL : json_at(json_item(g, "meshes", mesh), "primitives");
+        const json_t *list =
+            mesh == SIZE_MAX ? NULL : json_at(json_item(g, "meshes", mesh), "primitives");
         for (size_t k = 0; k < json_array_size(list); k++) {
-            size_t at = json_index(json_at(json_array_get(list, k), "attributes"), "POSITION", SIZE_MAX);
+            size_t at =
+                json_index(json_at(json_array_get(list, k), "attributes"), "POSITION", SIZE_MAX);
             if (at != SIZE_MAX) add_corners(g, &g->nodes[i].world, at, &low, &high);
         }
     }

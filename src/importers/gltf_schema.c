@@ -203,13 +203,14 @@ static const rule draco[] = {
     {0}};
 static const rule primitive_extensions[] = {
     {.name = "KHR_draco_mesh_compression", RULE_OBJECT, .object = draco}, {0}};
-static const rule primitive[] = {{.name = "attributes", RULE_ATTRIBUTES, true, .list = "accessors"},
-                                 {.name = "indices", RULE_REF, .list = "accessors"},
-                                 {.name = "material", RULE_REF, .list = "materials"},
-                                 {.name = "mode", RULE_INT, .max = 6},
-                                 {.name = "targets", RULE_TARGETS, .list = "accessors"},
-                                 {.name = "extensions", RULE_OBJECT, .object = primitive_extensions},
-                                 {0}};
+static const rule primitive[] = {
+    {.name = "attributes", RULE_ATTRIBUTES, true, .list = "accessors"},
+    {.name = "indices", RULE_REF, .list = "accessors"},
+    {.name = "material", RULE_REF, .list = "materials"},
+    {.name = "mode", RULE_INT, .max = 6},
+    {.name = "targets", RULE_TARGETS, .list = "accessors"},
+    {.name = "extensions", RULE_OBJECT, .object = primitive_extensions},
+    {0}};
 static const rule mesh[] = {{.name = "name", RULE_STRING},
                             {.name = "primitives", RULE_OBJECTS, true, .object = primitive},
                             {.name = "weights", RULE_NUMBERS},

@@ -243,9 +243,8 @@ static snell_status decode_webp(const uint8_t *data, size_t size, size_t size_ma
     snell_status status = image_make_room(&image, size_max);
     if (status) return status;
     size_t row = (size_t)image.width * image.channels, room = row * image.height;
-    uint8_t *made = seen.has_alpha
-                        ? WebPDecodeRGBAInto(data, size, image.pixels, room, (int)row)
-                        : WebPDecodeRGBInto(data, size, image.pixels, room, (int)row);
+    uint8_t *made = seen.has_alpha ? WebPDecodeRGBAInto(data, size, image.pixels, room, (int)row)
+                                   : WebPDecodeRGBInto(data, size, image.pixels, room, (int)row);
     if (made == NULL) {
         image_free(&image);
         return error_set(SNELL_ERR_SYNTAX, NULL, "%s", broken);
@@ -288,8 +287,8 @@ static snell_status decode(const void *data, size_t size, size_t size_max, bool 
     if (begins(bytes, size, 0, "DDS ", 4)) name = "a DDS";
     if (begins(bytes, size, 0, "#?RADIANCE", 10)) name = "a Radiance HDR";
     if (begins(bytes, size, 0, "v/1\x01", 4)) name = "an OpenEXR";
-    return error_set(SNELL_ERR_UNSUPPORTED, "convert it to PNG, JPEG or WebP", "%s image cannot be read",
-                     name);
+    return error_set(SNELL_ERR_UNSUPPORTED, "convert it to PNG, JPEG or WebP",
+                     "%s image cannot be read", name);
 }
 
 snell_status image_decode(const void *data, size_t size, size_t size_max, decoded_image *out) {

@@ -210,7 +210,8 @@ static void import_other(lua_State *L, const char *label, const char *name, cons
     s->cpu_excluded += sandbox_cpu_seconds() - before;
     if (status) scene_fail_last(L, NULL, NULL);
     if (want.animation && strcmp(from->format, "gltf") != 0)
-        scene_fail(L, SNELL_ERR_SYNTAX, "glTF files have", "%s: '%s' has no animations", label, name);
+        scene_fail(L, SNELL_ERR_SYNTAX, "glTF files have", "%s: '%s' has no animations", label,
+                   name);
     merge m = {L, from, s->d, 0, 0, 0};
     m.texture = (uint32_t)s->d->objects[CATEGORY_TEXTURE].count;
     m.material = (uint32_t)s->d->objects[CATEGORY_MATERIAL].count;

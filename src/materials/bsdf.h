@@ -64,7 +64,7 @@ struct lobe {
         dvec3 reflected;    /* of interfaces: multiplies what they reflect; 1 */
         double alpha_along; /* of lobe_grained: GGX's alpha along the bsdf's tangent */
     };
-    unsigned coats;  /* bit i: the bsdf's coat i lies over it */
+    unsigned coats; /* bit i: the bsdf's coat i lies over it */
 };
 
 /* What lies over other lobes keeps light from them: its own directional albedo E, in part. */
