@@ -220,7 +220,14 @@ static void print_field(const snell_field_info *f) {
     if (f->default_value[0] != '\0') snprintf(initial, sizeof initial, "[%s]", f->default_value);
     if (f->required) snprintf(initial, sizeof initial, "required");
     size_t column = strlen(facts), length = strlen(initial);
-    fputs(facts, stdout);
+    const char *rest = facts, *bar = column > WIDTH ? facts + WIDTH : facts;
+    while (bar > facts && *bar != '|') bar--;
+    if (bar > facts) { /* many words: the last ones on a line of their own */
+        printf("%.*s\n%*s", (int)(bar - facts + 1), facts, MAIN_COLUMN + 1, "");
+        rest = bar + 1;
+        column = MAIN_COLUMN + 1 + strlen(rest);
+    }
+    fputs(rest, stdout);
     if (length > 0) {
         bool fits = column + 1 + length <= WIDTH;
         if (!fits) putchar('\n');

@@ -160,9 +160,9 @@ static const char motion_text[] =
     "between frames, what has motion also blurs within one. --frame N makes one\n"
     "frame, --frames A..B each in a file of its own.\n"
     "\n"
-    "A glTF file with animations has frames of its own: snell fox.glb --frame 6, with\n"
-    "-D animation=NAME for another than the first and -D fps=30 for 30 a second in\n"
-    "place of 24. Without --frame it rests. snell info fox.glb lists them.";
+    "A glTF file with animations has frames of its own: snell fox.glb --frame 6,\n"
+    "with -D animation=NAME for another than the first and -D fps=30 for 30 a second\n"
+    "in place of 24. Without --frame it rests. snell info fox.glb lists them.";
 
 static const char textures_text[] =
     "  texture.image { file = \"wood.png\", encoding = \"srgb\" }     PNG or JPEG\n"
