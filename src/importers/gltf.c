@@ -202,9 +202,14 @@ static snell_status check_extensions(gltf *g) {
     json_t *required = json_at(g->root, "extensionsRequired");
     for (size_t i = 0; i < json_array_size(required); i++) {
         const char *name = json_string_value(json_array_get(required, i));
+        bool optional = strcmp(name, "KHR_draco_mesh_compression") == 0 ||
+                        strcmp(name, "EXT_texture_webp") == 0;
         if (!is_known(name))
             return error_set_at(SNELL_ERR_UNSUPPORTED, place_of(g),
-                                "export the file without this extension",
+                                optional
+                                    ? "build with -DSNELL_DRACO=ON and -DSNELL_WEBP=ON, or export "
+                                      "the file without this extension"
+                                    : "export the file without this extension",
                                 "the file needs the extension %.100s, which cannot be read", name);
     }
     json_t *used = json_at(g->root, "extensionsUsed");
@@ -243,7 +248,8 @@ static snell_status prepare(gltf *g) {
     g->meshes = memory_zeroed(meshes + 1, sizeof *g->meshes);
     g->materials = memory_zeroed(materials + 1, sizeof *g->materials);
     g->nodes = memory_zeroed(nodes + 1, sizeof *g->nodes);
-    if (!g->buffers || !g->images || !g->meshes || !g->materials || !g->nodes)
+    g->uv_sets_of = memory_zeroed(materials + 1, sizeof *g->uv_sets_of);
+    if (!g->uv_sets_of || !g->buffers || !g->images || !g->meshes || !g->materials || !g->nodes)
         return error_no_memory();
     for (size_t i = 0; i < materials; i++) g->materials[i] = NO_MATERIAL;
     g->default_material = NO_MATERIAL;
@@ -260,6 +266,7 @@ static void clean_up(gltf *g) {
     free(g->images);
     free(g->meshes);
     free(g->materials);
+    free(g->uv_sets_of);
     free(g->nodes);
     free(g->textures);
     free(g->file);

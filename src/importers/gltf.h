@@ -87,7 +87,8 @@ typedef struct gltf {
     image_entry *images;
     texture_entry *textures;
     size_t texture_count, texture_capacity;
-    uint32_t *materials; /* index in the description; NO_MATERIAL: not made yet */
+    uint32_t *materials;       /* index in the description; NO_MATERIAL: not made yet */
+    unsigned (*uv_sets_of)[2]; /* of each material, plus 1; 0: not looked for yet */
     uint32_t default_material;
     mesh_entry *meshes;
     gltf_node *nodes;

@@ -181,10 +181,13 @@ static bool is_listed(const gltf *g, const char *list, const char *name) {
     return false;
 }
 
+/* There are fewer extensions than this; a longer list is somebody's attempt at our time. */
+enum { LISTED_MAX = 200 };
+
 static snell_status check_listed_once(gltf *g, const char *list) {
     const json_t *names = json_at(g->root, list);
     snell_status status = SNELL_OK;
-    for (size_t i = 0; i < json_array_size(names) && !status; i++)
+    for (size_t i = 0; i < json_array_size(names) && i < LISTED_MAX && !status; i++)
         for (size_t k = 0; k < i && !status; k++)
             if (strcmp(json_string_value(json_array_get(names, i)),
                        json_string_value(json_array_get(names, k))) == 0)

@@ -189,9 +189,18 @@ static unsigned second_set(const json_t *value, unsigned first) {
 }
 
 void gltf_material_uv_sets(const gltf *g, size_t index, unsigned sets[2]) {
-    const json_t *material = index == SIZE_MAX ? NULL : json_item(g, "materials", index);
-    sets[0] = uv_set(main_texture(material));
-    sets[1] = second_set(material, sets[0]);
+    sets[0] = 0;
+    sets[1] = NO_UV_SET;
+    if (index == SIZE_MAX) return;
+    unsigned *known = g->uv_sets_of[index];
+    if (known[0] == 0) {
+        const json_t *material = json_item(g, "materials", index);
+        unsigned first = uv_set(main_texture(material));
+        known[0] = first + 1;
+        known[1] = second_set(material, first) + 1;
+    }
+    sets[0] = known[0] - 1;
+    sets[1] = known[1] - 1;
 }
 
 /* Which of the material's two sets a texture uses. */

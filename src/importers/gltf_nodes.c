@@ -135,12 +135,13 @@ static void add_corners(const gltf *g, const dmat *world, size_t accessor, dvec3
 
 double gltf_scene_size(gltf *g) {
     dvec3 low = {1e30, 1e30, 1e30}, high = {-1e30, -1e30, -1e30};
+    size_t looked_at = 0;
     if (g->size > 0) return g->size;
     for (size_t i = 0; i < json_count(g, "nodes"); i++) {
         size_t mesh = json_index(json_item(g, "nodes", i), "mesh", SIZE_MAX);
         const json_t *list =
             mesh == SIZE_MAX ? NULL : json_at(json_item(g, "meshes", mesh), "primitives");
-        for (size_t k = 0; k < json_array_size(list); k++) {
+        for (size_t k = 0; k < json_array_size(list) && ++looked_at < INSTANCES_MAX; k++) {
             size_t at =
                 json_index(json_at(json_array_get(list, k), "attributes"), "POSITION", SIZE_MAX);
             if (at != SIZE_MAX) add_corners(g, &g->nodes[i].world, at, &low, &high);
