@@ -14,6 +14,11 @@ typedef struct session {
     uint32_t turn;       /* the same of --turntable; 0: there is none */
     uint32_t camera;     /* with --camera all: which, from 0 */
     char *spool_folder;  /* where standard input was written; "" when it was not */
+    uint64_t memory_max;     /* 0: not limited */
+    uint32_t frame;          /* of an animation; 0: its first */
+    const char *framed_file; /* whose frames are all seen from `framed`; NULL: not known yet */
+    snell_view framed;
+    char *spool_folder; /* where standard input was written; "" when it was not */
     char *spool_file;
 } session;
 

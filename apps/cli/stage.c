@@ -165,18 +165,28 @@ static void stage_direction(const stage *s, float at[2]) {
 }
 
 /* Frames everything, for --view and for files without a camera; where there are only planes, a
- * box around the origin. */
+ * box around the origin. All of --frames are seen as the first is, or the camera would jump. */
 static int frame_all(stage *s) {
     const render_values *v = s->values;
     float at[2];
     stage_direction(s, at);
+    session *kept = s->session;
+    const float *at = v->has_view ? v->view : default_view;
     snell_bounds bounds;
+    if (v->many_frames && kept->framed_file == s->input) {
+        s->view = kept->framed;
+        return EXIT_DONE;
+    }
     int code = stage_status(s, snell_scene_bounds(s->scene, &bounds));
     if (code != EXIT_DONE) return code;
     s->view = SNELL_INIT(view);
     s->view.fov = v->fov > 0 ? v->fov : default_fov;
     float aspect = (float)s->desc.width / (float)s->desc.height;
-    return stage_status(s, snell_view_frame(&s->view, &bounds, at[0], at[1], aspect));
+    code = stage_status(s, snell_view_frame(&s->view, &bounds, at[0], at[1], aspect));
+    if (code != EXIT_DONE || !v->many_frames) return code;
+    kept->framed_file = s->input;
+    kept->framed = s->view;
+    return code;
 }
 
 /* The file's own camera, around the middle of what there is. */
