@@ -525,6 +525,12 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
     char name[NAME_MAX_SIZE];
     snell_status status = names_make_unique(&b->g->names, CATEGORY_SHAPE, wanted, name);
     if (status) return status;
+    float *times = NULL; /* the description keeps what it gets */
+    if (b->time_count > 1) {
+        times = memory_resize(NULL, b->time_count, sizeof *times);
+        if (times == NULL) return error_no_memory();
+        memcpy(times, b->pose->times, b->time_count * sizeof *times);
+    }
     mesh_desc desc = {.struct_size = sizeof desc,
                       .positions = (const snell_vec3 *)b->positions,
                       .positions_count = b->count * b->time_count,
@@ -532,8 +538,8 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
                       .indices_count = b->index_count,
                       .normals = (const snell_vec3 *)b->normals,
                       .normals_count = b->normals ? b->count * b->time_count : 0,
-                      .key_times = b->pose->times,
-                      .key_times_count = b->time_count > 1 ? b->time_count : 0,
+                      .key_times = times,
+                      .key_times_count = times ? b->time_count : 0,
                       .uvs = (const snell_vec2 *)b->uvs,
                       .uvs_count = b->uvs ? b->count : 0,
                       .uvs2 = (const snell_vec2 *)b->uvs2,
@@ -548,11 +554,12 @@ static snell_status add_shape(builder *b, const char *wanted, uint32_t *shape) {
     status =
         description_take_desc(b->g->d, type_find(CATEGORY_SHAPE, "mesh"), &desc, source, shape);
     if (!status) { /* the description's now */
-        b->positions = b->normals = b->uvs = NULL;
+        b->positions = b->normals = b->uvs = b->uvs2 = b->tangents = times = NULL;
         b->colors = NULL;
         b->alphas = NULL;
         b->indices = NULL;
     }
+    free(times);
     return gltf_blame(b->g, b->where, status);
 }
 
