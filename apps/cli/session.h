@@ -9,13 +9,10 @@
 typedef struct session {
     const options *options;
     snell_context *context;
-    uint64_t memory_max; /* 0: not limited */
-    uint32_t frame;      /* of an animation; 0: its first */
-    uint32_t turn;       /* the same of --turntable; 0: there is none */
-    uint32_t camera;     /* with --camera all: which, from 0 */
-    char *spool_folder;  /* where standard input was written; "" when it was not */
     uint64_t memory_max;     /* 0: not limited */
     uint32_t frame;          /* of an animation; 0: its first */
+    uint32_t turn;           /* the same of --turntable; 0: there is none */
+    uint32_t camera;         /* with --camera all: which, from 0 */
     const char *framed_file; /* whose frames are all seen from `framed`; NULL: not known yet */
     snell_view framed;
     char *spool_folder; /* where standard input was written; "" when it was not */

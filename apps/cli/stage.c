@@ -171,7 +171,6 @@ static int frame_all(stage *s) {
     float at[2];
     stage_direction(s, at);
     session *kept = s->session;
-    const float *at = v->has_view ? v->view : default_view;
     snell_bounds bounds;
     if (v->many_frames && kept->framed_file == s->input) {
         s->view = kept->framed;
