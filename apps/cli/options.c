@@ -139,12 +139,11 @@ const option_info option_table[] = {
      NULL, false},
 
     {OPT_FRAME, "frame", 0, "N", "the first",
-     "one frame of a scene with animation{}, or of a turntable", ANIMATION, CMD_PICTURE | CMD_INFO,
-     OPTION_PICTURE, NULL, false},
+     "one frame of an animation (animation{}, a glTF file's), or of a turntable", ANIMATION,
+     CMD_PICTURE | CMD_INFO, OPTION_PICTURE, NULL, false},
     {OPT_FRAMES, "frames", 0, "A..B", NULL,
      "each of these frames: in one .apng, .webp or .y4m; else in files of their own, OUT.0001.png, "
-     "or "
-     "where OUT has %04d",
+     "or where OUT has %04d",
      ANIMATION, CMD_RENDER, 0, NULL, false},
     {OPT_FPS, "fps", 0, "N", "scene, 24", "frames in a second", ANIMATION, CMD_RENDER, 0, NULL,
      false},

@@ -172,7 +172,8 @@ static int frame_all(stage *s) {
     stage_direction(s, at);
     session *kept = s->session;
     snell_bounds bounds;
-    if (v->many_frames && kept->framed_file == s->input) {
+    bool keep = v->many_frames && kept->turn == 0;
+    if (keep && kept->framed_file == s->input) {
         s->view = kept->framed;
         return EXIT_DONE;
     }
@@ -182,7 +183,7 @@ static int frame_all(stage *s) {
     s->view.fov = v->fov > 0 ? v->fov : default_fov;
     float aspect = (float)s->desc.width / (float)s->desc.height;
     code = stage_status(s, snell_view_frame(&s->view, &bounds, at[0], at[1], aspect));
-    if (code != EXIT_DONE || !v->many_frames) return code;
+    if (code != EXIT_DONE || !keep) return code;
     kept->framed_file = s->input;
     kept->framed = s->view;
     return code;
