@@ -152,9 +152,11 @@ static void skip_space(stl *s) {
     while (*s->at == ' ' || *s->at == '\n' || *s->at == '\r' || *s->at == '\t') s->at++;
 }
 
-static void skip_line(stl *s) {
-    const char *end = memchr(s->at, '\n', (size_t)(s->end - s->at));
-    s->at = end ? end : s->end;
+static void skip_line(stl *s) { s->at += strcspn(s->at, "\r\n"); }
+
+static void skip_word(stl *s) {
+    skip_space(s);
+    while ((unsigned char)*s->at > ' ') s->at++;
 }
 
 /* Is this the next word? Then it is stepped over. */
@@ -196,7 +198,8 @@ static snell_status read_corner(stl *s) {
 /* After "facet": normal x y z, outer loop, vertex x y z (three times), endloop, endfacet. */
 static snell_status read_facet(stl *s) {
     size_t first = s->position_count;
-    skip_line(s); /* the normal */
+    if (TAKE(s, "normal"))
+        for (int i = 0; i < 3; i++) skip_word(s);
     if (!TAKE(s, "outer")) return unexpected(s, "outer loop");
     if (!TAKE(s, "loop")) return unexpected(s, "loop");
     const char *start = s->at;
@@ -267,9 +270,10 @@ static bool begins_as_text(const char *text) {
     return strncasecmp(text, "solid", 5) == 0 && (unsigned char)text[5] <= ' ';
 }
 
-/* Binary files may begin with "solid" too: what decides is the size that they say. */
+/* Binary files may begin with "solid" too: the size that they say tells, or, in those that are cut off or have more
+ * after the facets, a 0 in the header or in the count, of which the last byte is one below 16 million. */
 static snell_status read_either(stl *s, size_t size) {
-    bool is_text = begins_as_text(s->text);
+    bool is_text = begins_as_text(s->text) && (size < 84 || !memchr(s->text, 0, 84));
     bool fits =
         size >= 84 && size == 84 + (uint64_t)FACET_SIZE * little_endian(s->text + HEADER_SIZE, 4);
     if (is_text && !fits) return read_text(s);
@@ -298,7 +302,8 @@ static snell_status stl_read(const char *path, const import_options *options, de
 }
 
 static bool stl_recognise(const char *extension, const uint8_t *first, size_t size) {
-    return strcmp(extension, ".stl") == 0 || (size >= 6 && memcmp(first, "solid ", 6) == 0);
+    bool begins = size >= 6 && memcmp(first, "solid ", 6) == 0;
+    return strcmp(extension, ".stl") == 0 || (begins && strcmp(extension, ".lua") != 0);
 }
 
 const importer importer_stl = {
