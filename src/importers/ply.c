@@ -669,13 +669,19 @@ static snell_status read_faces(ply *p, element *e) {
 
 /* ---- the whole ---- */
 
-/* White, or in the colours of the picture. */
+/* White, or, where there are coordinates, in the colours of the picture. */
 static snell_status make_material(const ply *p, uint32_t *material) {
     *material = NO_MATERIAL;
-    if (p->picture[0] == 0) return surfaces_plain(p->d, p->path, 1, material);
+    snell_status status = SNELL_OK;
+    if (p->picture[0] && p->out.uvs == NULL)
+        status = description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL,
+                                         "texture '%.200s': there are no coordinates for it",
+                                         p->picture);
+    if (status) return status;
+    if (p->picture[0] == 0 || p->out.uvs == NULL) return surfaces_plain(p->d, p->path, 1, material);
     decoded_image image;
     snell_texture_id texture;
-    snell_status status = map_load(p->path, p->picture, p->options, &image);
+    status = map_load(p->path, p->picture, p->options, &image);
     if (status == SNELL_ERR_MEMORY) return status;
     if (status) {
         char text[400];
@@ -745,6 +751,8 @@ static snell_status finish(ply *p) {
 
 static snell_status read_elements(ply *p) {
     snell_status status = SNELL_OK;
+    for (size_t i = 0; i < p->element_count && !status; i++)
+        status = check_size(p, &p->elements[i]); /* also of vertices that come after their faces */
     for (size_t i = 0; i < p->element_count && !status; i++) {
         element *e = &p->elements[i];
         if (strcmp(e->name, "vertex") == 0)
