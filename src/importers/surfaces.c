@@ -36,6 +36,7 @@ source_place text_place(const char *path, const char *text, const char *at) {
 
 uint32_t *polygons_add(polygons *p, uint32_t corners) {
     size_t needed = 3 * ((size_t)corners - 2);
+    if (needed > UINT32_MAX - p->index_count) return NULL;
     if (!ARRAY_GROW(p->indices, p->index_count, p->index_capacity, needed)) return NULL;
     if (corners > 3) {
         if (!ARRAY_GROW(p->list, p->count, p->capacity, 1)) return NULL;
@@ -253,9 +254,9 @@ typedef struct cluster {
 static size_t find_cluster(const smoother *m, cluster *list, size_t *count, uint32_t corner) {
     snell_vec3 n = m->faces[corner / 3];
     uint32_t group = group_of(m, corner);
+    bool any = *count == CLUSTERS_MAX || !(dot(n, n) > 0); /* without area it is like all */
     for (size_t i = 0; i < *count; i++)
-        if (list[i].group == group && (dot(list[i].seed, n) > cos_30 || *count == CLUSTERS_MAX))
-            return i;
+        if (list[i].group == group && (any || dot(list[i].seed, n) > cos_30)) return i;
     if (*count == CLUSTERS_MAX) return 0;
     list[*count] = (cluster){n, {0, 0, 0}, group};
     return (*count)++;

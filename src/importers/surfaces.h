@@ -27,7 +27,7 @@ typedef struct polygons {
     polygon *list; /* those of more than three corners */
     size_t index_count, index_capacity, count, capacity;
 } polygons;
-/* Room for the corners of one more, at least three; NULL when out of memory. */
+/* Room for the corners of one more, at least three; NULL when out of memory, or of indices of 32 bits. */
 uint32_t *polygons_add(polygons *p, uint32_t corners);
 /* Cuts them into triangles; indices are in range of the positions. Indices of triangles that were there stay where they
  * are. false: out of memory. */
