@@ -215,30 +215,35 @@ static snell_status read_transparency(reading *r) {
     return status;
 }
 
+/* Of those that are LOST there is a warning; NEEDLESS ones change nothing that we could show. */
+typedef enum option_kind { SCALE, OFFSET, MULTIPLIER, CLAMP, CHANNEL, NEEDLESS, LOST } option_kind;
 typedef struct option {
     const char *name;
-    int least, most; /* arguments, numbers unless `word` */
-    bool word, used;
+    option_kind kind;
+    int least, most; /* arguments: numbers, or a word where both are 0 */
 } option;
 static const option options[] = {
-    {"-s", 1, 3, false, true},      {"-o", 1, 3, false, true},
-    {"-t", 1, 3, false, false},     {"-mm", 2, 2, false, false},
-    {"-bm", 1, 1, false, true},     {"-clamp", 1, 1, true, true},
-    {"-imfchan", 1, 1, true, true}, {"-blendu", 1, 1, true, true},
-    {"-blendv", 1, 1, true, true},  {"-boost", 1, 1, false, false},
-    {"-texres", 1, 1, false, true}, {"-cc", 1, 1, true, false},
-    {"-type", 1, 1, true, false},   {"-colorspace", 1, 1, true, false},
+    {"-s", SCALE, 1, 3},    {"-o", OFFSET, 1, 3},        {"-t", LOST, 1, 3},
+    {"-mm", LOST, 2, 2},    {"-bm", MULTIPLIER, 1, 1},   {"-clamp", CLAMP, 0, 0},
+    {"-boost", LOST, 1, 1}, {"-imfchan", CHANNEL, 0, 0}, {"-blendu", NEEDLESS, 0, 0},
+    {"-cc", LOST, 0, 0},    {"-blendv", NEEDLESS, 0, 0}, {"-texres", NEEDLESS, 1, 1},
+    {"-type", LOST, 0, 0},  {"-colorspace", LOST, 0, 0},
 };
 enum { OPTIONS = sizeof options / sizeof options[0] };
 
-static void apply_option(mtl_map *map, const option *o, const float v[3], int count,
+/* v: what is not said is as if the option were not. */
+static void apply_option(mtl_map *map, option_kind kind, const float v[3], int count,
                          const char *word, size_t length) {
-    snell_vec2 pair = {v[0], count > 1 ? v[1] : v[0]};
-    if (o == &options[0]) map->scale = pair;
-    if (o == &options[1]) map->offset = (snell_vec2){v[0], count > 1 ? v[1] : 0};
-    if (o == &options[4]) map->multiplier = v[0];
-    if (o == &options[5]) map->clamp = is(word, length, "on");
-    if (o == &options[6] && length == 1) map->channel = (char)(*word | 32);
+    switch (kind) {
+    case SCALE: map->scale = (snell_vec2){v[0], count > 1 ? v[1] : 1}; break;
+    case OFFSET: map->offset = (snell_vec2){v[0], v[1]}; break;
+    case MULTIPLIER: map->multiplier = v[0]; break;
+    case CLAMP: map->clamp = is(word, length, "on"); break;
+    case CHANNEL:
+        if (length == 1) map->channel = (char)(*word | 32);
+        break;
+    default: break;
+    }
 }
 
 /* Options may stand before the name of the picture or after it. false: no option here. */
@@ -255,18 +260,18 @@ static snell_status take_option(reading *r, mtl_map *map, bool *taken) {
     }
     float v[3] = {0, 0, 0};
     int count = 0;
-    if (o->word)
-        count = (word_length = next_word(r, &word)) > 0;
-    else
-        while (count < o->most && take_number(r, &v[count])) count++;
-    if (count < o->least) return wrong(r, r->at, "the option lacks its value");
-    if (!o->used) add_word(r->now->lost, sizeof r->now->lost, name, length);
-    apply_option(map, o, v, count, word, word_length);
+    while (count < o->most && take_number(r, &v[count])) count++;
+    if (o->most == 0) word_length = next_word(r, &word);
+    if (count < o->least || (o->most == 0 && word_length == 0))
+        return wrong(r, r->at, "the option lacks its value");
+    if (o->kind == LOST) add_word(r->now->lost, sizeof r->now->lost, name, length);
+    apply_option(map, o->kind, v, count, word, word_length);
     return SNELL_OK;
 }
 
-/* A picture's name may have spaces in it: it ends where an option begins, or the line. */
-static snell_status read_map(reading *r, map_kind kind) {
+/* A picture's name may have spaces in it: it ends where an option begins, or the line. Some exporters write
+ * the statement without one. */
+static snell_status read_map(reading *r, map_kind kind, const char *statement, size_t size) {
     mtl_map map = {.multiplier = 1, .scale = {1, 1}, .line = r->line};
     const char *begin = NULL, *end = NULL, *word;
     for (;;) {
@@ -279,7 +284,8 @@ static snell_status read_map(reading *r, map_kind kind) {
         if (begin == NULL) begin = word;
         end = r->at;
     }
-    if (begin == NULL) return wrong(r, r->at, "the name of a picture is missing");
+    if (begin == NULL)
+        return add_word(r->now->lost, sizeof r->now->lost, statement, size), SNELL_OK;
     size_t length = (size_t)(end - begin);
     if (length >= PATH_SIZE) return wrong(r, begin, "the name of the picture is too long");
     if (length >= 2 && *begin == '"' && begin[length - 1] == '"') begin++, length -= 2;
@@ -345,7 +351,7 @@ static snell_status read_statement(reading *r) {
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
         if (is(word, length, numbers[i].name)) return read_value(r, numbers[i].kind);
     for (size_t i = 0; i < sizeof maps / sizeof maps[0]; i++)
-        if (is(word, length, maps[i].name)) return read_map(r, maps[i].kind);
+        if (is(word, length, maps[i].name)) return read_map(r, maps[i].kind, word, length);
     if (is(word, length, "d")) return read_dissolve(r);
     if (is(word, length, "Tr")) return read_transparency(r);
     if (is(word, length, "illum")) {
@@ -376,10 +382,14 @@ static snell_status read_lines(mtl *m, const char *file, const char *text, size_
     return status;
 }
 
+static size_t folder_length(const char *path) { /* with its slash */
+    const char *slash = strrchr(path, '/');
+    return slash ? (size_t)(slash - path) + 1 : 0;
+}
+
 /* As messages name it: in the folder of the model. */
 static char *shown_path(const mtl *m, const char *path) {
-    const char *slash = strrchr(m->base, '/');
-    size_t folder = slash && path[0] != '/' ? (size_t)(slash - m->base) + 1 : 0;
+    size_t folder = path[0] != '/' ? folder_length(m->base) : 0;
     char *file = memory_zeroed(folder + strlen(path) + 1, 1);
     if (file == NULL) return NULL;
     memcpy(file, m->base, folder);
@@ -437,11 +447,25 @@ static snell_status warn_of_picture(mtl *m, const mtl_material *of, const mtl_ma
                                    text);
 }
 
+/* Beside the library, where that lies in another folder than the model, or else beside the model. */
+static snell_status load_picture(const mtl *m, const char *library, const char *name,
+                                 decoded_image *out) {
+    size_t folder = folder_length(library), known = folder_length(m->base);
+    if (strncmp(library, m->base, known) != 0) known = 0;
+    char path[2 * PATH_SIZE];
+    if (folder > known && folder - known < PATH_SIZE) {
+        snprintf(path, sizeof path, "%.*s%s", (int)(folder - known), library + known, name);
+        snell_status status = map_load(m->base, path, m->options, out);
+        if (status != SNELL_ERR_IO) return status;
+    }
+    return map_load(m->base, name, m->options, out);
+}
+
 static snell_status make_texture(mtl *m, const mtl_material *of, const mtl_map *map, map_use use,
                                  snell_texture_id *out, bool *normals) {
     static const char *const channels[] = {"r", "g", "b"};
     decoded_image image;
-    snell_status status = map_load(m->base, map->path, m->options, &image);
+    snell_status status = load_picture(m, of->file, map->path, &image);
     if (status == SNELL_ERR_MEMORY) return status;
     if (status) return warn_of_picture(m, of, map);
     const char *wrap = map->clamp ? "clamp" : "repeat";
@@ -467,11 +491,12 @@ static snell_status find_texture(mtl *m, const mtl_material *of, map_kind kind, 
     *out = (snell_texture_id){0, 0};
     *normals = false;
     if (map->path == NULL) return SNELL_OK;
-    char key[PATH_SIZE + 160], path[PATH_SIZE];
-    clean_key(map->path, path, sizeof path);
+    char key[2 * PATH_SIZE + 160], path[2 * PATH_SIZE], clean[2 * PATH_SIZE];
+    snprintf(path, sizeof path, "%s %s", map->path, of->file);
+    clean_key(path, clean, sizeof clean);
     snprintf(key, sizeof key, "%d %d %d %d %.9g %.9g %.9g %.9g %s", (int)use, kind == MAP_D,
              map->channel, map->clamp, (double)map->offset.x, (double)map->offset.y,
-             (double)map->scale.x, (double)map->scale.y, path);
+             (double)map->scale.x, (double)map->scale.y, clean);
     const json_t *known = json_object_get(m->textures, key);
     if (known) {
         json_int_t value = json_integer_value(known);

@@ -331,11 +331,23 @@ static snell_status begin_object(obj *o) {
     return add_object(o, name);
 }
 
+/* Without a comment after it, or the quotes around it: for names that are not found, as they may have both of
+ * their own. false: it has neither. */
+static bool unwrap(char *name) {
+    char *comment = strstr(name, " #"), *end = comment ? comment : name + strlen(name);
+    while (end > name && end[-1] == ' ') end--;
+    bool quoted = end - name > 2 && name[0] == '"' && end[-1] == '"';
+    if (quoted) memmove(name, name + 1, (size_t)(end - name) - 2), end -= 2;
+    *end = 0;
+    return comment || quoted;
+}
+
 static snell_status use_material(obj *o) {
     char name[NAME_SIZE];
     const char *at = o->at;
     rest_of_line(o, name, sizeof name);
     uint32_t found = mtl_find(o->materials, name);
+    if (found == MTL_NONE && unwrap(name)) found = mtl_find(o->materials, name);
     o->changed = true;
     o->now.material = found;
     if (found != MTL_NONE || o->library_missing || name[0] == 0) return SNELL_OK;
@@ -352,6 +364,7 @@ static snell_status use_libraries(obj *o) {
     const char *at = o->at;
     rest_of_line(o, line, sizeof line);
     snell_status status = mtl_read(o->materials, line);
+    if (status == SNELL_ERR_IO && unwrap(line)) status = mtl_read(o->materials, line);
     if (status != SNELL_ERR_IO) return status;
     char first[300], *rest = line;
     snprintf(first, sizeof first, "%s", error_last()->text);
@@ -392,18 +405,17 @@ static void note_lost(obj *o, const char *word) {
     if (used + strlen(item) < sizeof o->lost) memcpy(o->lost + used, item, strlen(item) + 1);
 }
 
+static bool take_word(obj *o, const char *word) {
+    size_t length = strlen(word);
+    if (strncmp(o->at, word, length) != 0 || !ends_word(o->at[length])) return false;
+    o->at += length;
+    return true;
+}
+
 static snell_status read_other(obj *o) {
-    static const struct {
-        const char *word;
-        snell_status (*read)(obj *o);
-    } words[] = {{"usemtl", use_material}, {"mtllib", use_libraries}, {"s", set_smoothing}};
-    for (size_t i = 0; i < sizeof words / sizeof words[0]; i++) {
-        size_t length = strlen(words[i].word);
-        if (strncmp(o->at, words[i].word, length) == 0 && ends_word(o->at[length])) {
-            o->at += length;
-            return words[i].read(o);
-        }
-    }
+    if (take_word(o, "usemtl")) return use_material(o);
+    if (take_word(o, "s")) return set_smoothing(o);
+    if (take_word(o, "mtllib")) return SNELL_OK; /* read before */
     if ((*o->at == 'o' || *o->at == 'g') && ends_word(o->at[1])) {
         bool is_object = *o->at++ == 'o';
         return is_object == o->by_object ? begin_object(o) : SNELL_OK;
@@ -454,24 +466,31 @@ static snell_status read_text(obj *o) {
     return SNELL_OK;
 }
 
-/* How many there will be of each, so that arrays are made once and faces may name what comes later; and
- * whether there are objects. */
-static bool count_vertices(obj *o) {
-    const char *at = o->text;
-    for (size_t line = 0; at < o->end; line++) {
-        if (line % 65536 == 0) forget(o, at);
-        while (*at == ' ' || *at == '\t') at++;
+/* How many there will be of each, so that arrays are made once, whether there are objects, and the libraries: so
+ * that faces may name what comes later. */
+static snell_status look_ahead(obj *o) {
+    for (size_t line = 0; o->at < o->end; line++) {
+        if (line % 65536 == 0) forget(o, o->at);
+        skip_blanks(o);
+        const char *at = o->at;
         if (*at == 'v') {
             o->v_total += ends_word(at[1]);
             o->vt_total += at[1] == 't' && ends_word(at[2]);
             o->vn_total += at[1] == 'n' && ends_word(at[2]);
         } else if (*at == 'o' && ends_word(at[1])) {
             o->by_object = true;
+        } else if (*at == 'm' && take_word(o, "mtllib")) {
+            snell_status status = use_libraries(o);
+            if (status) return status;
         }
-        const char *stop = memchr(at, '\n', (size_t)(o->end - at));
-        at = stop ? stop + 1 : o->end;
+        skip_line(o);
     }
-    forget(o, at);
+    forget(o, o->at);
+    o->at = o->text;
+    return SNELL_OK;
+}
+
+static bool make_arrays(obj *o) {
     o->v = memory_aligned(o->v_total * sizeof *o->v);
     o->vt = memory_aligned(o->vt_total * sizeof *o->vt);
     o->vn = memory_aligned(o->vn_total * sizeof *o->vn);
@@ -770,13 +789,14 @@ static bool prepare_text(obj *o, size_t *size, char **copy) {
 /* ---- the whole ---- */
 
 static snell_status read_prepared(obj *o) {
-    if (!count_vertices(o)) return error_no_memory();
     o->object_numbers = json_object();
     o->material_numbers = json_object();
     if (o->object_numbers == NULL || o->material_numbers == NULL) return error_no_memory();
     o->now = (run){.material = MTL_NONE, .smoothing = SURFACES_BY_ANGLE};
     snell_status status = mtl_create(o->path, o->options, o->d, &o->names, &o->materials);
     if (!status) status = add_object(o, "");
+    if (!status) status = look_ahead(o);
+    if (!status && !make_arrays(o)) status = error_no_memory();
     if (!status) status = read_text(o);
     return status ? status : build(o);
 }
