@@ -409,6 +409,11 @@ static void ply_seams_and_pictures(void **state) {
     snell_input color = input_of(&d->objects[CATEGORY_MATERIAL].items[0], "color");
     assert_int_equal(int_of(texture_of(d, color.texture.index1), "width"), 2);
     description_destroy(d);
+    d = load_text("bare.ply", "ply\nformat ascii 1.0\ncomment TextureFile my grey.png\n" XYZ(3)
+                                  FACES(1) "end_header\n0 0 0 1 0 0 0 1 0 3 0 1 2\n");
+    assert_true(has_message(d, "texture 'my grey.png': there are no coordinates"));
+    assert_int_equal(d->objects[CATEGORY_TEXTURE].count, 0);
+    description_destroy(d);
 }
 
 /* A roof of two slopes: its ridge is sharp, and smooth where it is flatter. */
@@ -438,6 +443,31 @@ static void faces_that_meet_under_60_degrees_are_smooth(void **state) {
     }
 }
 
+/* A hundred and more triangles without area at a corner of a cube do not blur it. */
+static void a_crowd_without_area_is_harmless(void **state) {
+    (void)state;
+    char text[8000];
+    int used = snprintf(text, sizeof text,
+                        PLY("ascii", XYZ(5), FACES(203)) "0 0 0 1 0 0 0 1 0 0 0 1 2 0 0\n");
+    for (int i = 0; i < 200; i++) used += sprintf(text + used, "3 0 1 4\n");
+    sprintf(text + used, "3 0 1 2\n3 0 2 3\n3 0 3 1\n");
+    description *d = load_text("crowd.ply", text);
+    const mesh_desc *m = mesh_at(d, 0);
+    for (size_t i = 0; i < 9; i++) {
+        snell_vec3 n = m->normals[m->indices[600 + i]];
+        near3(n, i / 3 == 1, i / 3 == 2, i / 3 == 0);
+    }
+    description_destroy(d);
+}
+
+static void indices_of_polygons_fit_32_bits(void **state) {
+    (void)state;
+    uint32_t room[3];
+    polygons p = {.indices = room, .index_count = UINT32_MAX - 5, .index_capacity = SIZE_MAX};
+    assert_null(polygons_add(&p, 4));
+    assert_int_equal(p.index_count, UINT32_MAX - 5);
+}
+
 static void what_is_wrong_in_ply_has_a_place(void **state) {
     (void)state;
     refused("a.ply", "ply\nformat ascii 2.0\n", 2, 14, "unknown version '2.0'");
@@ -454,6 +484,10 @@ static void what_is_wrong_in_ply_has_a_place(void **state) {
     refused("a.ply", PLY("ascii", XYZ(3), FACES(1)) "0 0 0\n1 0 0\n0 1 0\n3 0 1", 13, 6,
             "ends before face 1 of 1");
     refused("a.ply", PLY("ascii", XYZ(3), FACES(0)) "0 0 0\n1 0 0\n0 1 0\n", 0, 0, "only points");
+    refused("a.ply",
+            PLY("ascii", FACES(1) "property list uchar float texcoord\n",
+                XYZ(4000000000)) "3 0 1 2 6 0 0 0 0 0 0\n0 0 0\n",
+            13, 1, "of 4000000000 is whole");
     refused("a.ply", PLY("binary_little_endian", XYZ(4000000000), FACES(1)) "0123456789ab", 0, 0,
             "the file ends before vertex 2 of 4000000000");
     refused("a.ply", PLY("ascii", "element vertex 1\nproperty float x\n", FACES(1)) "0 3 0 0 0\n",
@@ -511,6 +545,21 @@ static void stl_dialects(void **state) {
     put_bytes("binary.stl", file, size - 1);
     assert_int_equal(read_model("binary.stl", &d), SNELL_ERR_SYNTAX);
     assert_non_null(strstr(error_last()->text, "after 2 of 3 facets"));
+    description_destroy(d);
+    d = load_text("a.stl", "solid cr\rfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0\r"
+                           "vertex 0 1 0 endloop endfacet\rendsolid cr\r");
+    assert_int_equal(mesh_at(d, 0)->indices_count, 3);
+    assert_string_equal(d->instances[0].name, "cr");
+    description_destroy(d);
+    size = write_stl(file, "solid with spaces, and more after the facets", 3, colors);
+    put_bytes("binary.stl", file, size + 7);
+    d = load("binary.stl");
+    assert_int_equal(mesh_at(d, 0)->indices_count, 9);
+    assert_true(has_message(d, "7 bytes after the last facet"));
+    description_destroy(d);
+    put("a.lua", "solid = 1\nreturn\n");
+    assert_int_not_equal(read_model("a.lua", &d), SNELL_OK);
+    assert_null(strstr(error_last()->text, "STL"));
     description_destroy(d);
     refused("a.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 x\n", 4, 12,
             "'a number' should be here, not 'x'");
@@ -745,11 +794,14 @@ static void maps_and_their_options(void **state) {
     assert_true(has_message(d, "of materials is not used: map_Ns, disp"));
     assert_int_equal(d->message_count, 1);
     description_destroy(d);
-    d = load_material(
-        "newmtl m\nPr 1\nmap_Pr -imfchan g grey.png\nmap_Pm grey.png\nnorm -bm 3 grey.png\n"
-        "map_Kd gone.png\nmap_Ps -mm 0 1 grey.png\n");
+    d = load_material("newmtl m\nPr 1\nmap_Pr -imfchan g -s -2 -o .5 grey.png\nmap_Pm "
+                      "grey.png\nnorm -bm 3 grey.png\n"
+                      "map_Kd gone.png\nmap_Ps -mm 0 1 grey.png\n");
     m = material_of(d, "m");
     assert_true(input_of(m, "roughness").texture.index1 && input_of(m, "metallic").texture.index1);
+    t = texture_of(d, input_of(m, "roughness").texture.index1);
+    const snell_vec2 *scale = field_of(t, "uv_scale"), *offset = field_of(t, "uv_offset");
+    assert_true(scale->x == -2 && scale->y == 1 && offset->x == 0.5f && offset->y == 0);
     near((double)input_of(m, "metallic").value.x, 1);
     assert_true(((const snell_texture_id *)field_of(m, "normal_map"))->index1 != 0);
     near((double)input_of(m, "normal_scale").value.x, 3);
@@ -758,6 +810,43 @@ static void maps_and_their_options(void **state) {
     description_destroy(d);
     d = load_material("newmtl m\nmap_Kd ../secret.png\n");
     assert_true(has_message(d, "Permission denied") || has_message(d, "No such file"));
+    description_destroy(d);
+}
+
+/* What some exporters write, and some people. */
+static void materials_are_found(void **state) {
+    (void)state;
+    put("m.mtl", "newmtl red\nKd 1 0 0\nmap_Kd\nmap_Ks  \nnewmtl a #1\n");
+    static const char *const same[] = {
+        "mtllib m.mtl\n" SQUARE "usemtl red\nf 1 2 3\n",
+        "usemtl red\n" SQUARE "f 1 2 3\nmtllib m.mtl\n",
+        "mtllib m.mtl # the library\n" SQUARE "usemtl red  # the colour\nf 1 2 3\n",
+        "mtllib \"m.mtl\" # the library\n" SQUARE "usemtl \"red\"\nf 1 2 3\n",
+    };
+    for (size_t i = 0; i < sizeof same / sizeof same[0]; i++) {
+        description *d = load_text("found.obj", same[i]);
+        near3(input_of(material_of(d, "red"), "color").value, 1, 0, 0);
+        assert_int_equal(d->message_count, 1);
+        assert_true(has_message(d, "of materials is not used: map_Kd, map_Ks"));
+        description_destroy(d);
+    }
+    description *d = load_text("found.obj", "mtllib m.mtl\n" SQUARE "usemtl a #1\nf 1 2 3\n");
+    material_of(d, "a #1");
+    description_destroy(d);
+
+    /* Pictures lie beside the library, or else beside the model. */
+    assert_int_equal(mkdir(path_of("lib"), 0700), 0);
+    copy_texture("textures/grey.png", "lib/there.png");
+    copy_texture("textures/grey_alpha.png", "there.png");
+    copy_texture("textures/grey.png", "here.png");
+    put("lib/m.mtl", "newmtl b\nmap_Kd there.png\nmap_Ks here.png\nNs 1\nmap_d ../there.png\n");
+    d = load_text("found.obj", "mtllib lib/m.mtl\n" SQUARE "usemtl b\nf 1 2 3\n");
+    assert_int_equal(d->message_count, 0);
+    const object *b = material_of(d, "b");
+    assert_true(input_of(b, "color").texture.index1 && input_of(b, "specular").texture.index1);
+    uint32_t alpha = input_of(b, "alpha").texture.index1;
+    assert_int_equal(
+        ((const uint8_t *)*(const void *const *)field_of(texture_of(d, alpha), "pixels"))[0], 200);
     description_destroy(d);
 }
 
@@ -920,6 +1009,8 @@ int main(void) {
         cmocka_unit_test(ply_strips_colors_and_smoothness),
         cmocka_unit_test(ply_seams_and_pictures),
         cmocka_unit_test(faces_that_meet_under_60_degrees_are_smooth),
+        cmocka_unit_test(a_crowd_without_area_is_harmless),
+        cmocka_unit_test(indices_of_polygons_fit_32_bits),
         cmocka_unit_test(what_is_wrong_in_ply_has_a_place),
         cmocka_unit_test(stl_dialects),
         cmocka_unit_test(obj_dialects),
@@ -927,6 +1018,7 @@ int main(void) {
         cmocka_unit_test(obj_objects_and_materials),
         cmocka_unit_test(every_illumination_model),
         cmocka_unit_test(maps_and_their_options),
+        cmocka_unit_test(materials_are_found),
         cmocka_unit_test(what_is_wrong_in_obj_has_a_place),
         cmocka_unit_test(mutants_do_no_harm),
         cmocka_unit_test(no_file_takes_the_square_of_its_size),
