@@ -12,6 +12,7 @@
 #include "importers/files.h"
 #include "importers/mtl.h"
 #include "importers/number.h"
+#include "importers/obj_text.h"
 #include "importers/surfaces.h"
 
 enum { NAME_SIZE = 256, CHAIN_MAX = 64, LINE_NAME_MAX = 1024 };
@@ -711,84 +712,13 @@ static snell_status build(obj *o) {
     return status ? status : warn_of_losses(o);
 }
 
-/* ---- the text, as lines that end with \n ---- */
-
-static size_t put_utf8(char *out, uint32_t c) {
-    if (c < 0x80) return out[0] = (char)c, (size_t)1;
-    if (c < 0x800)
-        return out[0] = (char)(0xc0 | c >> 6), out[1] = (char)(0x80 | (c & 63)), (size_t)2;
-    out[0] = (char)(0xe0 | c >> 12);
-    out[1] = (char)(0x80 | (c >> 6 & 63));
-    out[2] = (char)(0x80 | (c & 63));
-    return 3;
-}
-
-/* UTF-16 with its mark; letters beyond the first plane become two odd ones. */
-static char *from_utf16(const char *text, size_t *size) {
-    bool big = (uint8_t)text[0] == 0xfe;
-    char *out = memory_resize(NULL, *size / 2 + 1, 3);
-    size_t used = 0;
-    for (size_t i = 2; out && i + 1 < *size; i += 2) {
-        uint32_t c = (uint32_t)(uint8_t)text[i + !big] << 8 | (uint8_t)text[i + big];
-        used += put_utf8(out + used, c ? c : ' ');
-    }
-    if (out) out[used] = 0;
-    *size = used;
-    return out;
-}
-
-/* A line goes on where it ends with a backslash. Both become blanks, so that places stay. */
-static bool has_continuation(const char *text, size_t size) {
-    for (const char *at = text; (at = memchr(at, '\\', size - (size_t)(at - text))) != NULL; at++)
-        if (at[1] == '\n' || at[1] == '\r') return true;
-    return false;
-}
-
-static void join_lines(char *text) {
-    for (char *at = text; (at = strchr(at, '\\')) != NULL; at++) {
-        if (at[1] != '\n' && at[1] != '\r') continue;
-        *at++ = ' ';
-        if (at[0] == '\r' && at[1] == '\n') *at++ = ' ';
-        *at = ' ';
-    }
-}
-
-/* A copy where the text needs one, in *copy; out of memory: false. */
-static bool prepare_text(obj *o, size_t *size, char **copy) {
-    const char *text = o->text;
-    bool wide =
-        *size >= 2 && (memcmp(text, "\xff\xfe", 2) == 0 || memcmp(text, "\xfe\xff", 2) == 0);
-    bool marked = *size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0;
-    bool old = !wide && memchr(text, '\r', *size) && !memchr(text, '\n', *size);
-    if (wide) {
-        *copy = from_utf16(text, size);
-        if (*copy == NULL) return false;
-        text = *copy;
-    }
-    if (marked) text += 3, *size -= 3;
-    o->lines = text;
-    if (old || has_continuation(text, *size)) {
-        if (*copy == NULL) {
-            *copy = memory_resize(NULL, *size + 1, 1);
-            if (*copy == NULL) return false;
-            memcpy(*copy, text, *size);
-            (*copy)[*size] = 0;
-            text = *copy;
-        }
-        for (size_t i = 0; i < *size; i++)
-            if ((*copy)[i] == 0 || (old && (*copy)[i] == '\r'))
-                (*copy)[i] = (*copy)[i] ? '\n' : ' ';
-        join_lines(*copy);
-    }
-    o->mapped = text == o->text;
-    o->text = o->at = text;
-    o->end = text + *size;
-    return true;
-}
-
 /* ---- the whole ---- */
 
-static snell_status read_prepared(obj *o) {
+static snell_status read_prepared(obj *o, const obj_text *text, const char *mapped) {
+    o->text = o->at = text->begin;
+    o->end = text->begin + text->size;
+    o->lines = text->lines;
+    o->mapped = text->begin == mapped;
     o->object_numbers = json_object();
     o->material_numbers = json_object();
     if (o->object_numbers == NULL || o->material_numbers == NULL) return error_no_memory();
@@ -821,70 +751,30 @@ static void obj_deinit(obj *o) {
 }
 
 static snell_status obj_read(const char *path, const import_options *options, description *d) {
-    size_t size, mapped_size;
+    size_t mapped_size;
     const char *mapped;
-    char *copy = NULL;
+    obj_text text = {0};
     obj o = {.path = path, .options = options, .d = d};
     snell_status status = import_map_file(path, options, &mapped, &mapped_size);
     if (!status) {
-        o.text = mapped;
-        size = mapped_size;
-        if (size == 0)
+        if (mapped_size == 0)
             status = error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
         else
-            status = prepare_text(&o, &size, &copy) ? read_prepared(&o) : error_no_memory();
+            status = obj_text_prepare(mapped, mapped_size, &text) ? read_prepared(&o, &text, mapped)
+                                                                  : error_no_memory();
         import_unmap_file(mapped, mapped_size);
     }
     if (status) error_place((source_place){path, 0, 0});
     obj_deinit(&o);
-    free(copy);
+    free(text.copy);
     snprintf(d->format, sizeof d->format, "obj");
     d->is_model = true;
     return status;
 }
 
-/* ---- which text is OBJ ---- */
-
-static bool begins_with_word(const char *line, size_t length, const char *word) {
-    size_t span = strlen(word);
-    return length > span && memcmp(line, word, span) == 0 &&
-           (line[span] == ' ' || line[span] == '\t');
-}
-
-static bool number_follows(const char *line, size_t length, size_t at) {
-    while (at < length && (line[at] == ' ' || line[at] == '\t')) at++;
-    if (at < length && (line[at] == '-' || line[at] == '+')) at++;
-    if (at < length && line[at] == '.') at++;
-    return at < length && line[at] >= '0' && line[at] <= '9';
-}
-
-/* The first line that says something begins with a word of OBJ, and one of them is a vertex, a face
- * or a material library. */
-static bool looks_like_obj(const uint8_t *first, size_t size) {
-    static const char *const words[] = {"v", "vn", "vt", "f",      "o",
-                                        "g", "s",  "l",  "mtllib", "usemtl"};
-    bool begun = false;
-    for (size_t at = 0; at < size;) {
-        const char *line = (const char *)first + at;
-        const char *end = memchr(line, '\n', size - at);
-        size_t length = end ? (size_t)(end - line) : size - at;
-        at += length + 1;
-        while (length > 0 && (*line == ' ' || *line == '\t' || *line == '\r')) line++, length--;
-        if (length == 0 || *line == '#') continue;
-        for (size_t i = 0; i < sizeof words / sizeof words[0] && !begun; i++)
-            begun = begins_with_word(line, length, words[i]);
-        if (!begun) return false;
-        if (begins_with_word(line, length, "mtllib")) return true;
-        if ((begins_with_word(line, length, "v") || begins_with_word(line, length, "f")) &&
-            number_follows(line, length, 1))
-            return true;
-    }
-    return false;
-}
-
 static bool obj_recognise(const char *extension, const uint8_t *first, size_t size) {
     if (strcmp(extension, ".obj") == 0) return true;
-    return strcmp(extension, ".lua") != 0 && looks_like_obj(first, size);
+    return strcmp(extension, ".lua") != 0 && obj_text_is_likely(first, size);
 }
 
 const importer importer_obj = {
