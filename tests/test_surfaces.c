@@ -565,6 +565,8 @@ static void stl_dialects(void **state) {
             "'a number' should be here, not 'x'");
     refused("a.stl", "solid\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nendloop\n", 3, 11,
             "a facet has three corners");
+    refused("a.stl", "solid\nfacet normal 0 0 1\nvertex 0 0 0\n", 3, 1,
+            "'outer loop' should be here, not 'vertex'");
     refused("a.stl", "solid\n" FACET(0), 9, 1, "ends where 'facet'");
     refused("a.stl", "solid\nendsolid\n", 0, 0, "no surfaces");
 }

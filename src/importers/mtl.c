@@ -71,10 +71,12 @@ snell_status mtl_create(const char *base, const import_options *options, descrip
     *m = (mtl){.base = base, .options = options, .d = d, .names = names};
     m->by_name = json_object();
     m->textures = json_object();
+    if (m->by_name == NULL || m->textures == NULL) {
+        mtl_destroy(m);
+        return error_no_memory();
+    }
     *out = m;
-    if (m->by_name && m->textures) return SNELL_OK;
-    mtl_destroy(m);
-    return error_no_memory();
+    return SNELL_OK;
 }
 
 void mtl_destroy(mtl *m) {

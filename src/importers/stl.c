@@ -198,9 +198,12 @@ static snell_status read_corner(stl *s) {
 /* After "facet": normal x y z, outer loop, vertex x y z (three times), endloop, endfacet. */
 static snell_status read_facet(stl *s) {
     size_t first = s->position_count;
-    if (TAKE(s, "normal"))
-        for (int i = 0; i < 3; i++) skip_word(s);
-    if (!TAKE(s, "outer")) return unexpected(s, "outer loop");
+    bool outer = TAKE(s, "outer");
+    for (int i = 0; i < 4 && !outer; i++) { /* normal x y z, whatever they are */
+        skip_word(s);
+        outer = TAKE(s, "outer");
+    }
+    if (!outer) return unexpected(s, "outer loop");
     if (!TAKE(s, "loop")) return unexpected(s, "loop");
     const char *start = s->at;
     while (TAKE(s, "vertex")) {
