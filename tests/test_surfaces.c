@@ -488,6 +488,10 @@ static void what_is_wrong_in_ply_has_a_place(void **state) {
             PLY("ascii", FACES(1) "property list uchar float texcoord\n",
                 XYZ(4000000000)) "3 0 1 2 6 0 0 0 0 0 0\n0 0 0\n",
             13, 1, "of 4000000000 is whole");
+    refused("a.ply",
+            PLY("ascii", FACES(1) "property list uchar float texcoord\n",
+                "element vertex 4000000000\n" XYZ(3)) "3 0 1 2 6 0 0 0 0 0 0\n0 0 0\n",
+            12, 1, "it has no x, y and z");
     refused("a.ply", PLY("binary_little_endian", XYZ(4000000000), FACES(1)) "0123456789ab", 0, 0,
             "the file ends before vertex 2 of 4000000000");
     refused("a.ply", PLY("ascii", "element vertex 1\nproperty float x\n", FACES(1)) "0 3 0 0 0\n",

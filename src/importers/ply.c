@@ -482,9 +482,9 @@ static snell_status read_rows(ply *p, element *e) {
 }
 
 /* Gives an array to the `parts` properties of a role, if all are there. */
-static bool want(element *e, role first, size_t parts, float **array, bool *failed) {
+static void want(element *e, role first, size_t parts, float **array, bool *failed) {
     for (size_t i = 0; i < parts; i++)
-        if (find_property(e, (int)(first + i)) == NULL) return false;
+        if (find_property(e, (int)(first + i)) == NULL) return;
     *array = memory_aligned(e->count * parts * sizeof **array);
     *failed |= *array == NULL;
     for (size_t i = 0; i < parts && *array; i++) {
@@ -492,7 +492,6 @@ static bool want(element *e, role first, size_t parts, float **array, bool *fail
         q->to = *array + i;
         q->step = parts;
     }
-    return true;
 }
 
 static snell_status check_vertices(const ply *p, const element *e) {
@@ -514,8 +513,7 @@ static snell_status read_vertices(ply *p, element *e) {
     if (p->out.positions) return bad_row(p, p->at, e, 0, "a second element of this name");
     snell_status status = check_size(p, e);
     if (status) return status;
-    if (!want(e, POSITION, 3, &positions, &failed))
-        return bad_row(p, p->at, e, 0, "it has no x, y and z");
+    want(e, POSITION, 3, &positions, &failed);
     want(e, NORMAL, 3, &normals, &failed);
     want(e, COLOR, 3, &colors, &failed);
     want(e, UV, 2, &uvs, &failed);
@@ -749,10 +747,22 @@ static snell_status finish(ply *p) {
     return status ? status : warn_of_losses(p);
 }
 
-static snell_status read_elements(ply *p) {
+/* Before anything is read: vertices may come after the faces that name them. */
+static snell_status check_elements(const ply *p) {
     snell_status status = SNELL_OK;
-    for (size_t i = 0; i < p->element_count && !status; i++)
-        status = check_size(p, &p->elements[i]); /* also of vertices that come after their faces */
+    for (size_t i = 0; i < p->element_count && !status; i++) {
+        const element *e = &p->elements[i];
+        if (strcmp(e->name, "vertex") == 0)
+            for (int k = 0; k < 3; k++)
+                if (find_property(e, POSITION + k) == NULL)
+                    return bad_row(p, p->at, e, 0, "it has no x, y and z");
+        status = check_size(p, e);
+    }
+    return status;
+}
+
+static snell_status read_elements(ply *p) {
+    snell_status status = check_elements(p);
     for (size_t i = 0; i < p->element_count && !status; i++) {
         element *e = &p->elements[i];
         if (strcmp(e->name, "vertex") == 0)
