@@ -39,7 +39,7 @@ size_t draco_index_count(const draco_mesh *m) { return 3 * size_t(m->mesh->num_f
 
 void draco_read_indices(const draco_mesh *m, uint32_t *out) {
     for (uint32_t i = 0; i < m->mesh->num_faces(); i++)
-        for (int k = 0; k < 3; k++) *out++ = m->mesh->face(draco::FaceIndex(i))[k].value();
+        for (size_t k = 0; k < 3; k++) *out++ = m->mesh->face(draco::FaceIndex(i))[k].value();
 }
 
 template <typename T>
