@@ -242,6 +242,9 @@ static snell_status build_level(const accel *a, const accel_instance *instances,
         status = build_tree(&job, pool, true, &out->top);
     }
     if (count == 0) out->top.bounds = bounds3_empty();
+    out->small = out->top.node_count <= 1;
+    for (size_t i = 0; out->small && i < instance_count; i++)
+        out->small = out->instances[i].mesh == NULL;
     memory_free_aligned(references);
     return status;
 }

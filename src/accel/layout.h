@@ -96,6 +96,7 @@ typedef struct frozen_level {
     uint32_t *unbounded; /* instances without a box, ascending */
     size_t unbounded_count;
     bvh_tree top;   /* node_count 0: no bounded instance */
+    bool small;     /* at most one node, and no mesh under it */
     bounds3 bounds; /* of all that has a box, also of what stands beside the boundless in a group */
 } frozen_level;
 

@@ -51,22 +51,29 @@ INLINE bool is_one_mesh(const accel *a) {
            world->instances[0].identity;
 }
 
-static void trace_batch(batch *b) {
-    if (is_one_mesh(b->a)) {
-        trace_turns(b);
-        return;
-    }
+/* So few rays that making turns ready takes longer than they save. */
+enum { FEW = 8 };
+
+static __attribute__((noinline)) void trace_one_by_one(batch *b) {
     query q = {0};
     for (size_t i = 0; i < b->count; i++) {
         start_query(&q, &b->rays[i]);
-        bool found = b->hits ? trace_world(&q, b->a, &b->rays[i], false)
-                             : trace_world(&q, b->a, &b->rays[i], true);
-        if (b->hits)
+        if (b->hits) {
+            trace_world(&q, b->a, &b->rays[i], false);
             b->hits[i] = found_hit(&q);
-        else
-            b->blocked[i] = found;
+        } else
+            b->blocked[i] = trace_world(&q, b->a, &b->rays[i], true);
     }
     add_counters(&b->counters, &q.counters);
+}
+
+static void trace_batch(batch *b) {
+    if (b->count < FEW || b->a->world.small)
+        trace_one_by_one(b);
+    else if (is_one_mesh(b->a))
+        trace_turns(b);
+    else
+        trace_many(b);
 }
 
 static void trace_rays(const accel *a, const ray *rays, hit *hits, size_t count,

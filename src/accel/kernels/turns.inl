@@ -1,6 +1,7 @@
-/* Rays in turn through a mesh. A ray waits most of its time: each step hangs on the one before, and on
- * what memory gives. So TURNS rays are under way at once, and what several of them wait for is done side by
- * side, in straight code without a branch: first the tests of all, then what follows from them. */
+/* Rays in turn: through one mesh; or, in `many`, through a world of many things, the tree over them and the meshes
+ * among them. A ray waits most of its time: each step hangs on the one before, and on what memory gives. So TURNS
+ * rays are under way at once, and what several of them wait for is done side by side, in straight code without a
+ * branch: first the tests of all, then what follows from them. */
 
 enum {
     TURNS = 16, /* more do not fit into the first-level cache together with what they visit */
@@ -15,72 +16,161 @@ typedef struct turn {
     float floor_t;
     uint32_t next; /* a reference */
     size_t index;  /* of the ray */
+    /* Of `many`: the tree that it is in, whose ray is p; of which instance, NULL: the world; and the ray outside. */
+    const bvh_tree *tree;
+    const frozen_instance *in;
+    prepared outer;
     walk_stack stack;
 } turn;
 
-/* Turns by what they do next; and how many. The lists have room for what is written beyond. */
+/* On the stack between what is in a mesh and what is outside. */
+#define STACK_RETURN 0xfffffffeu
+
+/* Turns by what they do next; and how many. The lists have room for what is written beyond. Leaves: of
+ * the world; and where a mesh is left. */
 typedef struct queue {
-    turn *nodes[TURNS + NODES], *blocks[TURNS + BLOCKS], *ends[TURNS + 1];
+    turn *nodes[TURNS + NODES], *blocks[TURNS + BLOCKS], *leaves[TURNS + 1], *ends[TURNS + 1];
 } queue;
 
 typedef struct queue_counts {
-    uint32_t nodes, blocks, ends;
+    uint32_t nodes, blocks, leaves, ends;
 } queue_counts;
 
-INLINE void enqueue(queue *to, queue_counts *n, turn *t, uint32_t next) {
+INLINE void enqueue(queue *to, queue_counts *n, turn *t, uint32_t next, const bool many) {
     uint32_t leaf = next >> 31, end = next == STACK_END;
+    uint32_t outside = many ? (leaf - end) & (uint32_t)(t->in == NULL || next == STACK_RETURN) : 0;
     t->next = next;
     to->nodes[n->nodes] = to->blocks[n->blocks] = to->ends[n->ends] = t;
     n->nodes += 1 - leaf;
-    n->blocks += leaf - end;
+    n->blocks += leaf - end - outside;
     n->ends += end;
+    if (many) {
+        to->leaves[n->leaves] = t;
+        n->leaves += outside;
+    }
 }
 
-INLINE void step_nodes(turn *const *turns, const bvh_tree *mesh, const uint32_t count, queue *to,
-                       queue_counts *n) {
+INLINE const bvh_tree *tree_of(const batch *b, const turn *t, const bool many) {
+    return many ? t->tree : b->instance->mesh;
+}
+
+INLINE void step_nodes(const batch *b, turn *const *turns, const uint32_t count, queue *to,
+                       queue_counts *n, const bool many) {
     const bvh_node *node[NODES];
     f8 entry[NODES];
     m8 passed[NODES];
     unsigned nearest[NODES];
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < count; i++) {
-        node[i] = &mesh->nodes[turns[i]->next];
+        node[i] = &tree_of(b, turns[i], many)->nodes[turns[i]->next];
         passed[i] =
             test_children(&turns[i]->p, node[i]->bounds, NULL, turns[i]->q.best_t, &entry[i]);
     }
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < count; i++) nearest[i] = f8_least(entry[i], passed[i]);
 #pragma GCC unroll 4
-    for (uint32_t i = 0; i < count; i++)
-        enqueue(to, n, turns[i],
-                push_children(&turns[i]->stack, node[i], entry[i], m8_bits(passed[i]), nearest[i]));
+    for (uint32_t i = 0; i < count; i++) {
+        turn *t = turns[i];
+        uint32_t next = push_children(&t->stack, node[i], entry[i], m8_bits(passed[i]), nearest[i]);
+        if (many && m8_bits(passed[i]) != 0) { /* where it is entered, for what is in it */
+            float entries[BVH_WIDTH];
+            f8_store(entries, entry[i]);
+            t->stack.entries[t->stack.count] = entries[nearest[i]];
+        }
+        enqueue(to, n, t, next, many);
+    }
 }
 
-INLINE void step_blocks(turn *const *turns, const bvh_tree *mesh, const uint32_t count,
-                        const bool any, queue *to, queue_counts *n) {
+INLINE void step_blocks(const batch *b, turn *const *turns, const uint32_t count, const bool any,
+                        queue *to, queue_counts *n, const bool many) {
     const triangle_block *block[BLOCKS];
     candidates found[BLOCKS];
     unsigned lanes[BLOCKS];
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < count; i++) {
         turn *t = turns[i];
-        block[i] = &mesh->blocks[t->next & BVH_INDEX_MASK];
+        block[i] = &tree_of(b, t, many)->blocks[t->next & BVH_INDEX_MASK];
         lanes[i] = test_block(&t->q, &t->sheared, block[i], t->next, &found[i]);
     }
     for (uint32_t i = 0; i < count; i++) {
         turn *t = turns[i];
         float before = t->q.best_t;
         if (lanes[i] != 0) {
-            if (accept_triangles(&t->q, &t->p, mesh, &t->sheared, block[i], &found[i], lanes[i], 0,
-                                 t->floor_t, any)) {
+            if (accept_triangles(&t->q, &t->p, tree_of(b, t, many), &t->sheared, block[i],
+                                 &found[i], lanes[i], many ? t->in->first : 0, t->floor_t, any)) {
                 t->q.best_instance = 0;
                 start_stack(&t->stack);
             } else if (t->q.best_t < before)
                 prune(&t->stack, t->q.best_t);
         }
-        enqueue(to, n, t, pop(&t->stack));
+        enqueue(to, n, t, pop(&t->stack), many);
     }
 }
+
+/* ---- a world of many things ---- */
+
+/* Goes into the mesh, if that can be done in turn. */
+INLINE bool enter_instance(turn *t, const frozen_instance *in, float floor_t) {
+    if (in->mesh == NULL || !(in->mask & t->q.ray->mask)) return false;
+    prepared local;
+    dvec3 o, d;
+    const prepared *p = place_ray(&t->q, &t->p, in, &local, &o, &d);
+    if (p == NULL || !is_near(p, in->mesh)) return false;
+    t->outer = t->p;
+    if (p == &local) t->p = local;
+    t->in = in;
+    t->tree = in->mesh;
+    t->floor_t = floor_t;
+    make_shear(&t->sheared, &t->p);
+    uint32_t i = t->stack.count++;
+    t->stack.entries[i] = -INFINITY;
+    t->stack.references[i] = STACK_RETURN;
+    return true;
+}
+
+/* What stands in a leaf of the world, and in those that follow; or a mesh is left. Returns what the ray does next. */
+static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, const bool any) {
+    const frozen_level *world = &b->a->world;
+    uint32_t next = t->next;
+    if (next == STACK_RETURN) {
+        t->p = t->outer;
+        t->in = NULL;
+        t->tree = &world->top;
+        next = pop(&t->stack);
+    }
+    for (; next & BVH_LEAF && next != STACK_END; next = pop(&t->stack)) {
+        uint32_t index = next & ~BVH_LEAF;
+        float before = t->q.best_t;
+        float floor_t = float_max(t->stack.entries[t->stack.count], t->p.t_min);
+        if (enter_instance(t, &world->instances[index], floor_t)) return t->tree->root;
+        if (visit_instance(&t->q, &t->p, world, index, floor_t, true, any)) {
+            t->q.best_instance = 0;
+            start_stack(&t->stack);
+        } else if (t->q.best_t < before)
+            prune(&t->stack, t->q.best_t);
+    }
+    return next;
+}
+
+/* False: it ended as it began. */
+INLINE bool start_in_world(const batch *b, turn *t, const ray *r, const bool any) {
+    const frozen_level *world = &b->a->world;
+    start_query(&t->q, r);
+    t->q.o = dvec3_from(r->o), t->q.d = dvec3_from(r->d);
+    if (!prepare(&t->p, f8_load((const float *)r))) return false;
+    for (size_t i = 0; i < world->unbounded_count; i++)
+        if (visit_instance(&t->q, &t->p, world, world->unbounded[i], r->t_min, false, any)) {
+            t->q.best_instance = 0;
+            return false;
+        }
+    t->in = NULL;
+    t->tree = &world->top;
+    t->next = t->tree->root;
+    start_stack(&t->stack);
+    return t->tree->node_count > 0;
+}
+
+/* ---- from ray to ray ---- */
 
 INLINE void end_turn(batch *b, const query *q, size_t index, const bool any) {
     if (any)
@@ -107,8 +197,14 @@ static __attribute__((noinline)) void next_tile(batch *b, const bool any) {
     b->left = trace_beams(b, t, t->enter & ~t->far, any);
 }
 
-/* Gives the turn the next ray that may meet the mesh. False: there is none. */
-INLINE bool start_turn(batch *b, turn *t, const bool any) {
+/* Gives the turn the next ray that may meet something. False: there is none. */
+INLINE bool start_turn(batch *b, turn *t, const bool any, const bool many) {
+    while (many) {
+        if (b->next == b->count) return false;
+        t->index = b->next++;
+        if (start_in_world(b, t, &b->rays[t->index], any)) return true;
+        end_turn(b, &t->q, t->index, any);
+    }
     while (b->left == 0) {
         if (b->next == b->count) return false;
         next_tile(b, any);
@@ -135,33 +231,37 @@ INLINE bool start_turn(batch *b, turn *t, const bool any) {
     return true;
 }
 
-INLINE void take_turns(batch *b, turn turns[TURNS], const bool any) {
-    const bvh_tree *mesh = b->instance->mesh;
+INLINE void take_turns(batch *b, turn turns[TURNS], const bool any, const bool many) {
     queue queues[2], *now = &queues[0], *then = &queues[1];
-    queue_counts n = {0, 0, 0};
+    queue_counts n = {0};
     for (uint32_t i = 0; i < TURNS; i++) {
         turns[i].q = (query){0};
-        if (start_turn(b, &turns[i], any)) enqueue(now, &n, &turns[i], turns[i].next);
+        if (start_turn(b, &turns[i], any, many)) enqueue(now, &n, &turns[i], turns[i].next, many);
     }
-    while (n.nodes + n.blocks + n.ends > 0) {
+    while (n.nodes + n.blocks + n.leaves + n.ends > 0) {
         /* What is left over from the last four waits; unless there is nothing else. */
-        bool last = n.nodes < NODES && n.blocks < BLOCKS && n.ends == 0;
+        bool last = n.nodes < NODES && n.blocks < BLOCKS && n.leaves == 0 && n.ends == 0;
         uint32_t nodes = last ? 0 : n.nodes % NODES, blocks = last ? 0 : n.blocks % BLOCKS;
-        queue_counts left = {nodes, blocks, 0};
+        queue_counts left = {.nodes = nodes, .blocks = blocks};
         memcpy(then->nodes, now->nodes + (n.nodes - nodes), NODES * sizeof(turn *));
         memcpy(then->blocks, now->blocks + (n.blocks - blocks), BLOCKS * sizeof(turn *));
         b->counters.nodes += n.nodes - nodes;
         uint32_t i;
         for (i = 0; i + NODES <= n.nodes; i += NODES)
-            step_nodes(now->nodes + i, mesh, NODES, then, &left);
-        for (; i < n.nodes - nodes; i++) step_nodes(now->nodes + i, mesh, 1, then, &left);
+            step_nodes(b, now->nodes + i, NODES, then, &left, many);
+        for (; i < n.nodes - nodes; i++) step_nodes(b, now->nodes + i, 1, then, &left, many);
         for (i = 0; i + BLOCKS <= n.blocks; i += BLOCKS)
-            step_blocks(now->blocks + i, mesh, BLOCKS, any, then, &left);
-        for (; i < n.blocks - blocks; i++) step_blocks(now->blocks + i, mesh, 1, any, then, &left);
+            step_blocks(b, now->blocks + i, BLOCKS, any, then, &left, many);
+        for (; i < n.blocks - blocks; i++)
+            step_blocks(b, now->blocks + i, 1, any, then, &left, many);
+        for (i = 0; i < n.leaves; i++) {
+            turn *t = now->leaves[i];
+            enqueue(then, &left, t, visit_leaves(b, t, any), many);
+        }
         for (i = 0; i < n.ends; i++) {
             turn *t = now->ends[i];
             end_turn(b, &t->q, t->index, any);
-            if (start_turn(b, t, any)) enqueue(then, &left, t, t->next);
+            if (start_turn(b, t, any, many)) enqueue(then, &left, t, t->next, many);
         }
         queue *swap = now;
         now = then, then = swap;
@@ -173,7 +273,15 @@ INLINE void take_turns(batch *b, turn turns[TURNS], const bool any) {
 static __attribute__((noinline)) void trace_turns(batch *b) {
     turn turns[TURNS];
     if (b->hits != NULL)
-        take_turns(b, turns, false);
+        take_turns(b, turns, false, false);
     else
-        take_turns(b, turns, true);
+        take_turns(b, turns, true, false);
+}
+
+static __attribute__((noinline)) void trace_many(batch *b) {
+    turn turns[TURNS];
+    if (b->hits != NULL)
+        take_turns(b, turns, false, true);
+    else
+        take_turns(b, turns, true, true);
 }

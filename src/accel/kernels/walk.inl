@@ -324,24 +324,30 @@ static bool trace_group(query *q, const prepared *p, const frozen_instance *in, 
     return found;
 }
 
+/* The ray in the instance's own space, made ready in `local` unless it is the same as outside: o and d, too, become those
+ * of that space. NULL: it hits nothing in there. */
+INLINE const prepared *place_ray(const query *q, const prepared *outer, const frozen_instance *in,
+                                 prepared *local, dvec3 *o, dvec3 *d) {
+    *o = q->o, *d = q->d;
+    if (in->identity) return outer;
+    const transform *to_local = &in->to_local;
+    transform moved, moved_inverse;
+    if (in->moves) {
+        if (!motion_at(in->moves, q->ray->time, &moved, &moved_inverse)) return NULL;
+        to_local = &moved_inverse;
+    }
+    *o = transform_point(to_local, *o);
+    *d = transform_vector(to_local, *d);
+    bool sound = prepare_local(local, vec3_from(*o), vec3_from(*d), outer->t_min, outer->t_max);
+    return sound ? local : NULL;
+}
+
 INLINE bool trace_instance(query *q, const prepared *outer, const frozen_instance *in,
                            float floor_t, bool bounded, const bool any) {
     prepared local;
-    const prepared *p = outer;
-    dvec3 o = q->o, d = q->d;
-    if (!in->identity) {
-        const transform *to_local = &in->to_local;
-        transform moved, moved_inverse;
-        if (in->moves) {
-            if (!motion_at(in->moves, q->ray->time, &moved, &moved_inverse)) return false;
-            to_local = &moved_inverse;
-        }
-        o = transform_point(to_local, o);
-        d = transform_vector(to_local, d);
-        if (!prepare_local(&local, vec3_from(o), vec3_from(d), outer->t_min, outer->t_max))
-            return false;
-        p = &local;
-    }
+    dvec3 o, d;
+    const prepared *p = place_ray(q, outer, in, &local, &o, &d);
+    if (p == NULL) return false;
     uint32_t number = q->base + in->first;
     if (in->mesh) return walk_mesh(q, p, in->mesh, NULL, number, floor_t, any);
     if (in->parts) return trace_parts(q, p, in, number, floor_t, any);
