@@ -7,6 +7,7 @@
 #include "accel/build.h"
 #include "accel/kernels/kernel.h"
 #include "base/memory.h"
+#include "geometry/sphere.h"
 #include "simd/cpu.h"
 
 /* Shapes of fewer parts are built several at a time, each by one thread. */
@@ -208,6 +209,7 @@ static snell_status copy_instances(const accel *a, const accel_instance *instanc
                               .identity = from->identity,
                               .flat = !is_group && g->type->flat,
                               .plain = from->identity && !is_group && !has_tree(g->type),
+                              .sphere = from->identity && g->type == &primitive_sphere,
                               .bounds = g->bounds,
                               .moves = from->moves,
                               .to_local = from->to_local};
@@ -243,7 +245,7 @@ static snell_status build_level(const accel *a, const accel_instance *instances,
     }
     if (count == 0) out->top.bounds = bounds3_empty();
     out->small = out->top.node_count <= 1;
-    for (size_t i = 0; out->small && i < instance_count; i++)
+    for (size_t i = 0; status == SNELL_OK && out->small && i < instance_count; i++)
         out->small = out->instances[i].mesh == NULL;
     memory_free_aligned(references);
     return status;

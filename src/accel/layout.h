@@ -84,6 +84,7 @@ typedef struct frozen_instance {
     bool identity, flat;
     /* One part, in the space of its level: nothing stands between a ray and `intersect`. */
     bool plain;
+    bool sphere;        /* such a one */
     bounds3 bounds;      /* the shape's, in its own space */
     const motion *moves; /* NULL: to_local holds at all times */
     transform to_local;

@@ -1,13 +1,12 @@
 /* A sphere. Texture coordinates are longitude and latitude about +Y, seen from outside: u grows to
  * the right, 0.5 faces +Z, the seam faces -Z; v is 0 at the south pole (-Y) and 1 at the north. */
+#include "geometry/sphere.h"
+
 #include "geometry/surface.h"
 #include "maths/functions.h"
 #include "sampling/warp.h"
 
-#define SPHERE_FIELDS(F, T)                                                                        \
-    F(T, center, VEC3, DEFAULT(0, 0, 0), ANY, "m", "the centre")                                   \
-    F(T, radius, FLOAT, DEFAULT(1), POSITIVE, "m", "the radius")
-DESCRIBE(sphere, SPHERE_FIELDS)
+DESCRIBE_TABLE(sphere, SPHERE_FIELDS)
 
 static bounds3 bounds(const void *desc) {
     const sphere_desc *sphere = desc;
@@ -19,7 +18,7 @@ static bounds3 bounds(const void *desc) {
 /* Both roots, t[0] <= t[1]. The origin is moved to the ray's closest approach to the centre before
  * the discriminant is formed, and the nearer root is c/q, so that neither cancels (Haines,
  * Guenther, Akenine-Moeller, Precision Improvements for Ray/Sphere Intersection, Ray Tracing Gems
- * 2019). */
+ * 2019). meet_sphere (accel/kernels/spheres.inl) does the same for many rays. */
 static bool solve(const sphere_desc *sphere, const local_ray *beam, double t[2]) {
     dvec3 d = dvec3_from(beam->d);
     dvec3 f = dvec3_sub(dvec3_from(sphere->center), dvec3_from(beam->o));
@@ -144,7 +143,6 @@ static double pdf_toward(const void *desc, dvec3 from, dvec3 d) {
     return cone_from(desc, from, &sin2, &width) ? 1 / (2 * PI * width) : 0;
 }
 
-extern const primitive_type primitive_sphere;
 const primitive_type primitive_sphere = {
     .info = TYPE_INFO(CATEGORY_SHAPE, sphere, "sphere", "a sphere"),
     .bounds = bounds,

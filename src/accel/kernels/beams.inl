@@ -1,4 +1,4 @@
-/* Beams: rays of a tile that go nearly the same way, together through a mesh. A node is tested for all of them
+/* Beams: rays of a tile that go nearly the same way, together through a tree. A node is tested for all of them
  * at once, by intervals: the least that any ray's entry may be, and the greatest that any exit may be. What
  * passes is then tested ray by ray, by the operations that one ray alone goes through: so the hits are the
  * same. */
@@ -18,10 +18,24 @@ enum {
 #define BEAM_TURN 0.2f
 #define BEAM_SHIFT 0.1f
 
+typedef struct bests {
+    float best_t[TILE], best_u[TILE], best_v[TILE];
+    uint32_t instance[TILE], primitive[TILE];
+} bests;
+
 typedef struct beam {
     const tile *tile;
-    float best_t[TILE], best_u[TILE], best_v[TILE];
-    uint32_t primitive[TILE], skip[TILE];
+    union {
+        bests bests;
+        struct {
+            float best_t[TILE], best_u[TILE], best_v[TILE];
+            uint32_t instance[TILE], primitive[TILE];
+        };
+    };
+    /* Of the mesh that they go through: its number, where each ray enters it, and the triangle that it leaves. */
+    uint32_t number;
+    const float *floor_t;
+    uint32_t skip[TILE];
     uint64_t alive; /* rays that may still meet something; of `any`: that have met nothing */
     uint64_t met;   /* of `any` */
     uint32_t near[3], far[3], axes[3];
@@ -75,7 +89,8 @@ INLINE uint64_t find_beam(const tile *t, uint64_t rays, float size) {
     return rays;
 }
 
-INLINE void make_beam(beam *k, const tile *t, uint64_t rays) {
+/* The intervals of those rays, all of the same signs and with the same largest component. */
+INLINE void aim_beam(beam *k, const tile *t, uint64_t rays) {
     uint32_t first = (uint32_t)__builtin_ctzll(rays), octant = 0;
     for (uint32_t i = 0; i < 3; i++) octant |= (uint32_t)(t->back[i] >> first & 1) << i;
     k->tile = t;
@@ -95,25 +110,36 @@ INLINE void make_beam(beam *k, const tile *t, uint64_t rays) {
         k->entry_o[i] = back ? low : high;
         k->exit_o[i] = back ? high : low;
     }
+}
+
+INLINE void start_bests(beam *k) {
     for (uint32_t at = 0; at < TILE; at += GROUP) {
-        f16_store(k->best_t + at, f16_load(t->t_max + at));
+        f16_store(k->best_t + at, f16_load(k->tile->t_max + at));
         f16_store(k->best_u + at, f16_set(0));
         f16_store(k->best_v + at, f16_set(0));
     }
-    memset(k->primitive, 0xff, sizeof k->primitive); /* NO_ID */
+    memset(k->instance, 0xff, sizeof k->instance); /* NO_ID */
+    memset(k->primitive, 0xff, sizeof k->primitive);
+    find_limit(k);
+}
+
+/* The mesh that rays go through from now on. */
+INLINE void choose_mesh(beam *k, const frozen_instance *in, uint64_t rays, const float *floor_t) {
+    k->number = in->first;
+    k->floor_t = floor_t;
     memset(k->skip, 0xff, sizeof k->skip);
     for (; rays != 0; rays &= rays - 1) {
         uint32_t i = (uint32_t)__builtin_ctzll(rays);
-        if (t->rays[i].skip_instance == 0) k->skip[i] = t->rays[i].skip_primitive;
+        const ray *r = &k->tile->rays[i];
+        if (r->skip_instance == in->first) k->skip[i] = r->skip_primitive;
     }
-    find_limit(k);
 }
 
 /* ---- boxes ---- */
 
-/* Lanes of the group that pass the box of a child, nearer than what they have; its planes stand from
+/* Lanes of the group that pass the box of a child, nearer than what they have, and where; its planes stand from
  * `planes` on as in a node. */
-INLINE uint32_t cross_box(const beam *k, uint32_t at, const char *planes) {
+INLINE uint32_t cross_box(const beam *k, uint32_t at, const char *planes, f16 *entry) {
     const tile *t = k->tile;
     f16 low = f16_load(t->t_min + at), high = f16_set(INFINITY);
     for (int i = 0; i < 3; i++) {
@@ -124,6 +150,7 @@ INLINE uint32_t cross_box(const beam *k, uint32_t at, const char *planes) {
         low = f16_max(f16_mul(f16_sub(f16_set(near), o), inv), low);
         high = f16_min(f16_mul(f16_sub(f16_set(far), o), inv), high);
     }
+    *entry = low;
     return f16_less_equal(
         low, f16_min(f16_load(k->best_t + at), f16_mul(high, f16_set(BOX_EXIT_SCALE))));
 }
@@ -131,8 +158,9 @@ INLINE uint32_t cross_box(const beam *k, uint32_t at, const char *planes) {
 INLINE uint64_t cross_child(const beam *k, const bvh_node *node, unsigned child, uint64_t rays) {
     const char *planes = (const char *)&node->bounds[0][0][child];
     uint64_t passed = 0;
+    f16 entry;
     for (uint32_t at = 0; at < TILE; at += GROUP)
-        if (LANES(rays, at)) passed |= (uint64_t)cross_box(k, at, planes) << at;
+        if (LANES(rays, at)) passed |= (uint64_t)cross_box(k, at, planes, &entry) << at;
     return passed & rays;
 }
 
@@ -215,6 +243,22 @@ INLINE void filter_rays(const beam *k, const triangle_block *b, uint32_t at, uin
     transpose_bits(triangles, masks);
 }
 
+INLINE void load_bests(query *q, const beam *k, uint32_t lane) {
+    start_query(q, &k->tile->rays[lane]);
+    q->best_t = k->best_t[lane], q->best_u = k->best_u[lane], q->best_v = k->best_v[lane];
+    q->best_instance = k->instance[lane], q->best_primitive = k->primitive[lane];
+}
+
+INLINE void store_bests(beam *k, const query *q, uint32_t lane) {
+    k->best_t[lane] = q->best_t, k->best_u[lane] = q->best_u, k->best_v[lane] = q->best_v;
+    k->instance[lane] = q->best_instance, k->primitive[lane] = q->best_primitive;
+}
+
+INLINE bool prepare_lane(prepared *p, const tile *t, uint32_t i) {
+    return prepare(p, f8_make(t->o[0][i], t->o[1][i], t->o[2][i], t->t_min[i], t->d[0][i],
+                              t->d[1][i], t->d[2][i], t->t_max[i]));
+}
+
 /* What is not plain: solved in double, or with a box that only its margin lets pass. */
 static __attribute__((noinline)) bool meet_alone(beam *k, const bvh_tree *mesh,
                                                  const triangle_block *b, uint32_t triangle,
@@ -223,18 +267,14 @@ static __attribute__((noinline)) bool meet_alone(beam *k, const bvh_tree *mesh,
     prepared p;
     shear s;
     candidates found;
-    start_query(&q, &k->tile->rays[lane]);
-    q.best_t = k->best_t[lane], q.best_u = k->best_u[lane], q.best_v = k->best_v[lane];
-    q.best_primitive = k->primitive[lane];
-    q.best_instance = q.best_primitive == NO_ID ? NO_ID : 0;
-    prepare(&p, f8_load((const float *)q.ray));
+    load_bests(&q, k, lane);
+    prepare_lane(&p, k->tile, lane);
     make_shear(&s, &p);
     unsigned lanes = test_triangles(&s, b, q.best_t, &found) & (1u << triangle);
     if (lanes == 0) return false;
-    if (accept_triangles(&q, &p, mesh, &s, b, &found, lanes, 0, k->tile->floor_t[lane], any))
+    if (accept_triangles(&q, &p, mesh, &s, b, &found, lanes, k->number, k->floor_t[lane], any))
         return true;
-    k->best_t[lane] = q.best_t, k->best_u[lane] = q.best_u, k->best_v[lane] = q.best_v;
-    k->primitive[lane] = q.best_primitive;
+    store_bests(k, &q, lane);
     return false;
 }
 
@@ -255,6 +295,12 @@ INLINE uint32_t cross_own_box(const beam *k, const triangle_block *b, uint32_t t
     }
     return f16_less_equal(
         *enter, f16_min(f16_load(t->t_max + at), f16_mul(leave, f16_set(BOX_EXIT_SCALE))));
+}
+
+/* Does it win over what the ray has at the same t? */
+INLINE bool is_lower(uint32_t instance, uint32_t primitive, const beam *k, uint32_t lane) {
+    return instance != k->instance[lane] ? instance < k->instance[lane]
+                                        : primitive < k->primitive[lane];
 }
 
 /* One triangle and the rays in `lanes` of a group, by test_triangles and accept_triangles. What was met: of `any`, lanes; else whether there may be a nearer hit. */
@@ -282,7 +328,7 @@ INLINE uint32_t meet_triangle(beam *k, const bvh_tree *mesh, const triangle_bloc
 
     uint32_t passed = cross_own_box(k, b, triangle, at, &enter);
     hard |= lanes & ~passed;
-    f16 clamped = f16_max(f16_load(t->floor_t + at), f16_max(enter, met));
+    f16 clamped = f16_max(f16_load(k->floor_t + at), f16_max(enter, met));
     lanes &= passed & f16_less_equal(f16_abs(met), f16_set(FLT_MAX)) &
              f16_less(f16_load(t->t_min + at), clamped) &
              f16_less(clamped, f16_load(t->t_max + at)) & f16_less_equal(clamped, best);
@@ -290,10 +336,12 @@ INLINE uint32_t meet_triangle(beam *k, const bvh_tree *mesh, const triangle_bloc
     lanes &= ~u16_equal(k->skip + at, number); /* the flat surface that it leaves */
     if (!any && lanes != 0) {
         for (uint32_t i = lanes & f16_equal(clamped, best); i != 0; i &= i - 1)
-            if (k->primitive[at + (uint32_t)__builtin_ctz(i)] <= number) lanes &= ~(i & -i);
+            if (!is_lower(k->number, number, k, at + (uint32_t)__builtin_ctz(i)))
+                lanes &= ~(i & -i);
         f16_store(k->best_t + at, f16_blend(lanes, best, clamped));
         f16_store_lanes(k->best_u + at, f16_div(e.v, det), lanes);
         f16_store_lanes(k->best_v + at, f16_div(e.w, det), lanes);
+        u16_store_lanes(k->instance + at, k->number, lanes);
         u16_store_lanes(k->primitive + at, number, lanes);
     }
     for (; __builtin_expect(hard != 0, 0); hard &= hard - 1) {
@@ -330,112 +378,104 @@ INLINE uint64_t meet_block(beam *k, const bvh_tree *mesh, const triangle_block *
 
 typedef struct beam_stack {
     walk_stack walk;
-    uint64_t rays[BVH_STACK_SIZE + BVH_WIDTH + 1]; /* that pass it, or may */
+    uint64_t rays[BVH_STACK_SIZE + BVH_WIDTH + 1];  /* that pass it, or may */
+    const char *planes[BVH_STACK_SIZE + BVH_WIDTH + 1]; /* of its box */
 } beam_stack;
 
 /* What will be read soon, by many rays. */
-INLINE void fetch(const bvh_tree *mesh, uint32_t reference) {
-    const char *at = reference & BVH_LEAF ? (const char *)&mesh->blocks[reference & BVH_INDEX_MASK]
-                                          : (const char *)&mesh->nodes[reference];
+INLINE void fetch(const bvh_tree *tree, uint32_t reference, const bool of_world) {
+    if (of_world && reference & BVH_LEAF) return;
+    const char *at = reference & BVH_LEAF ? (const char *)&tree->blocks[reference & BVH_INDEX_MASK]
+                                          : (const char *)&tree->nodes[reference];
     for (int i = 0; i < 5; i++) __builtin_prefetch(at + 64 * i);
 }
 
-INLINE void push(beam_stack *s, float entry, uint32_t reference, uint64_t rays) {
+INLINE void push(beam_stack *s, float entry, const bvh_node *node, unsigned child, uint64_t rays,
+                 const bool of_world) {
     uint32_t i = s->walk.count++;
     s->walk.entries[i] = entry;
-    s->walk.references[i] = reference;
+    s->walk.references[i] = node->child[child];
     s->rays[i] = rays;
+    if (of_world) s->planes[i] = (const char *)&node->bounds[0][0][child];
 }
 
 /* The children that rays pass go onto the stack, the nearest last. */
-INLINE void step_beam(const beam *k, const bvh_tree *mesh, const bvh_node *node, uint64_t rays,
-                      beam_stack *s) {
+INLINE void step_beam(const beam *k, const bvh_tree *tree, const bvh_node *node, uint64_t rays,
+                      beam_stack *s, const bool of_world) {
     f8 entry;
     float entries[BVH_WIDTH];
     m8 passed = test_node(k, node, &entry);
     unsigned lanes = m8_bits(passed), nearest = f8_least(entry, passed);
     if (lanes == 0) return;
-    for (unsigned i = lanes; i != 0; i &= i - 1) fetch(mesh, node->child[__builtin_ctz(i)]);
+    for (unsigned i = lanes; i != 0; i &= i - 1)
+        fetch(tree, node->child[__builtin_ctz(i)], of_world);
     f8_store(entries, entry);
     for (unsigned i = lanes & ~(1u << nearest); i != 0; i &= i - 1) {
         unsigned child = (unsigned)__builtin_ctz(i);
         uint64_t through = cross_child(k, node, child, rays);
-        if (through != 0) push(s, entries[child], node->child[child], through);
+        if (through != 0) push(s, entries[child], node, child, through, of_world);
     }
     uint64_t through = cross_child(k, node, nearest, rays);
-    if (through != 0) push(s, entries[nearest], node->child[nearest], through);
+    if (through != 0) push(s, entries[nearest], node, nearest, through, of_world);
 }
 
 /* How many rays should be left at a node. */
 INLINE uint32_t full_of(uint32_t rays) { return rays > 4 * BEAM_FULL ? rays / 4 : BEAM_FULL; }
 
-/* False: given up. */
-INLINE bool walk_beam(beam *k, const bvh_tree *mesh, const bool any) {
-    beam_stack s;
-    s.walk.count = 0;
-    push(&s, k->least_t, mesh->root, k->alive);
-    uint64_t full = full_of(count_bits(k->alive));
-    while (s.walk.count > 0) {
-        uint32_t reference = pop(&s.walk);
-        uint64_t rays = s.rays[s.walk.count] & k->alive;
-        if (rays == 0 || s.walk.entries[s.walk.count] > k->limit) continue;
-        if (!(reference & BVH_LEAF)) {
-            k->counters.nodes++;
-            k->visits += count_bits(rays);
-            if (k->counters.nodes > THIN_AFTER && 3 * k->visits < 2 * full * k->counters.nodes)
-                return false;
-            step_beam(k, mesh, &mesh->nodes[reference], rays, &s);
-            continue;
-        }
-        const triangle_block *block = &mesh->blocks[reference & BVH_INDEX_MASK];
-        uint32_t count = (reference >> BVH_COUNT_SHIFT & 7) + 1;
-        unsigned triangles = test_block_boxes(k, mesh, block) & ((1u << count) - 1);
-        if (triangles == 0) continue;
-        uint64_t met = meet_block(k, mesh, block, triangles, rays, any);
-        if (met == 0) continue;
-        if (!any)
-            find_limit(k);
-        else {
-            k->met |= met;
-            if ((k->alive &= ~met) == 0) break;
-        }
-    }
-    return true;
+/* What stands in a leaf of the world. Returns the rays that meet it, or may. planes: of its box, NULL: it has none. */
+static uint64_t meet_closest(beam *k, const frozen_level *world, uint32_t index, const char *planes,
+                             uint64_t rays);
+static uint64_t meet_any(beam *k, const frozen_level *world, uint32_t index, const char *planes,
+                         uint64_t rays);
+
+INLINE void note_met(beam *k, uint64_t met, const bool any) {
+    if (met == 0) return;
+    if (any) {
+        k->met |= met;
+        k->alive &= ~met;
+    } else
+        find_limit(k);
 }
 
-/* Traces the beams among `rays`. Returns those that are still to be traced. */
-static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, uint64_t rays,
-                                                      const bool any) {
-    const bvh_tree *mesh = b->instance->mesh;
-    float size = float_max(
-        float_max(mesh->bounds.max.x - mesh->bounds.min.x, mesh->bounds.max.y - mesh->bounds.min.y),
-        mesh->bounds.max.z - mesh->bounds.min.z);
-    size_t first = (size_t)(t->rays - b->rays);
-    uint64_t tried = rays & t->plain;
-    b->beam_least =
-        b->beam_least > BEAM_LEAST + LEAST_LESS ? b->beam_least - LEAST_LESS : BEAM_LEAST;
-    for (int tries = 0; tries < 4 && count_bits(tried) >= b->beam_least; tries++) {
-        uint64_t alike = find_beam(t, tried, size);
-        uint32_t count = count_bits(alike);
-        tried &= ~alike;
-        if (count < b->beam_least) continue;
-        beam k;
-        make_beam(&k, t, alike);
-        bool done = walk_beam(&k, mesh, any);
-        add_counters(&b->counters, &k.counters);
-        if (k.visits < full_of(count) * k.counters.nodes) b->beam_least = count + LEAST_MORE;
-        if (!done) return rays;
-        rays &= ~alike;
-        for (; alike != 0; alike &= alike - 1) {
-            uint32_t i = (uint32_t)__builtin_ctzll(alike);
-            if (any)
-                b->blocked[first + i] = k.met >> i & 1;
-            else
-                b->hits[first + i] =
-                    k.primitive[i] == NO_ID
-                        ? (hit){INFINITY, 0, 0, NO_ID, NO_ID}
-                        : (hit){k.best_t[i], k.best_u[i], k.best_v[i], k.primitive[i], 0};
+/* Those rays of a beam. world: whose tree it is; NULL: of a mesh. False: given up. */
+INLINE bool walk_beam(beam *k, const bvh_tree *tree, uint64_t rays, const frozen_level *world,
+                      const bool any) {
+    beam_stack s;
+    uint64_t full = full_of(count_bits(rays)), visits = 0, nodes = 0;
+    bool thin = false;
+    s.walk.count = 1;
+    s.walk.entries[0] = k->least_t;
+    s.walk.references[0] = tree->root;
+    s.rays[0] = rays;
+    while (s.walk.count > 0 && k->alive != 0) {
+        uint32_t reference = pop(&s.walk);
+        rays = s.rays[s.walk.count] & k->alive;
+        if (rays == 0 || s.walk.entries[s.walk.count] > k->limit) continue;
+        if (!(reference & BVH_LEAF)) {
+            nodes++;
+            visits += count_bits(rays);
+            thin = nodes > THIN_AFTER && 3 * visits < 2 * full * nodes;
+            if (thin) break;
+            step_beam(k, tree, &tree->nodes[reference], rays, &s, world != NULL);
+            continue;
         }
+        if (world) {
+            uint32_t index = reference & ~BVH_LEAF;
+            const char *planes = s.planes[s.walk.count];
+            note_met(k,
+                     any ? meet_any(k, world, index, planes, rays)
+                         : meet_closest(k, world, index, planes, rays),
+                     any);
+            continue;
+        }
+        const triangle_block *block = &tree->blocks[reference & BVH_INDEX_MASK];
+        uint32_t count = (reference >> BVH_COUNT_SHIFT & 7) + 1;
+        unsigned triangles = test_block_boxes(k, tree, block) & ((1u << count) - 1);
+        if (triangles == 0) continue;
+        note_met(k, meet_block(k, tree, block, triangles, rays, any), any);
     }
-    return rays;
+    k->counters.nodes += nodes;
+    k->visits += visits;
+    return !thin;
 }
+

@@ -1,4 +1,5 @@
-/* A tile: up to 64 rays, as they stand one after the other in a batch, made ready side by side for a mesh. */
+/* A tile: up to 64 rays, as they stand one after the other in a batch, made ready side by side for a mesh, or for a
+ * world; or those of another tile in the space of an instance. */
 
 enum { TILE = 64, GROUP = 16 };
 
@@ -15,24 +16,39 @@ typedef struct tile {
     const ray *rays;
     uint64_t all;
     uint64_t back[3], dominated[3]; /* d is negative, -0 too; is largest along this axis */
-    uint64_t enter; /* may hit something: sound, not masked, and pass the mesh's box */
+    uint64_t enter; /* may hit something: sound, and for a mesh not masked, and pass its box */
     uint64_t far;   /* for these the nodes are too narrow as they are */
     uint64_t plain; /* no zero in d, no NaN in t; and does not walk on */
+    uint32_t masks, common_mask; /* bits that any ray has, and that all have */
 } tile;
 
 INLINE uint32_t count_bits(uint64_t mask) { return (uint32_t)__builtin_popcountll(mask); }
 #define LANES(mask, at) ((uint32_t)((mask) >> (at)) & 0xffff)
 
-/* As test_box, find_margin and is_near, which say more. */
-INLINE void enter_mesh(tile *t, const frozen_instance *in, uint32_t at) {
-    const bounds3 *box = &in->bounds, *mesh = &in->mesh->bounds;
-    const float low[3] = {box->min.x, box->min.y, box->min.z};
-    const float high[3] = {box->max.x, box->max.y, box->max.z};
-    const float mesh_low[3] = {mesh->min.x, mesh->min.y, mesh->min.z};
-    const float mesh_high[3] = {mesh->max.x, mesh->max.y, mesh->max.z};
-    f16 t_min = f16_load(t->t_min + at), enter = t_min, leave = f16_set(INFINITY);
+/* Lanes for which is_near is not so. */
+INLINE uint64_t find_far(const tile *t, const bvh_tree *mesh, uint32_t at) {
+    const float low[3] = {mesh->bounds.min.x, mesh->bounds.min.y, mesh->bounds.min.z};
+    const float high[3] = {mesh->bounds.max.x, mesh->bounds.max.y, mesh->bounds.max.z};
     f16 reach = f16_set(0), place = f16_set(0);
     uint32_t inside = 0xffff;
+    for (int i = 0; i < 3; i++) {
+        f16 o = f16_load(t->o[i] + at);
+        f16 below = f16_sub(f16_set(low[i]), o), above = f16_sub(f16_set(high[i]), o);
+        reach = f16_max(reach, f16_max(f16_abs(below), f16_abs(above)));
+        place = f16_max(place, f16_abs(o));
+        inside &= f16_less_equal(f16_set(low[i]), o) & f16_less_equal(o, f16_set(high[i]));
+    }
+    f16 margin = f16_add(f16_mul(reach, f16_set(BOX_REACH_MARGIN)),
+                         f16_mul(place, f16_set(BOX_PLACE_MARGIN)));
+    uint32_t near = inside | f16_less_equal(margin, f16_set(mesh->margin));
+    return (uint64_t)(~near & 0xffff) << at;
+}
+
+/* As test_box. */
+INLINE void enter_box(tile *t, const bounds3 *box, uint32_t at) {
+    const float low[3] = {box->min.x, box->min.y, box->min.z};
+    const float high[3] = {box->max.x, box->max.y, box->max.z};
+    f16 t_min = f16_load(t->t_min + at), enter = t_min, leave = f16_set(INFINITY);
     for (int i = 0; i < 3; i++) {
         uint32_t back = LANES(t->back[i], at);
         f16 o = f16_load(t->o[i] + at), inv = f16_load(t->inv[i] + at);
@@ -40,20 +56,11 @@ INLINE void enter_mesh(tile *t, const frozen_instance *in, uint32_t at) {
         f16 far = f16_blend(back, f16_set(high[i]), f16_set(low[i]));
         enter = f16_max(f16_mul(f16_sub(near, o), inv), enter);
         leave = f16_min(f16_mul(f16_sub(far, o), inv), leave);
-        f16 below = f16_sub(f16_set(mesh_low[i]), o), above = f16_sub(f16_set(mesh_high[i]), o);
-        reach = f16_max(reach, f16_max(f16_abs(below), f16_abs(above)));
-        place = f16_max(place, f16_abs(o));
-        inside &=
-            f16_less_equal(f16_set(mesh_low[i]), o) & f16_less_equal(o, f16_set(mesh_high[i]));
     }
     uint32_t passed = f16_less_equal(
         enter, f16_min(f16_load(t->t_max + at), f16_mul(leave, f16_set(BOX_EXIT_SCALE))));
     f16_store(t->floor_t + at, f16_max(enter, t_min));
-    f16 margin = f16_add(f16_mul(reach, f16_set(BOX_REACH_MARGIN)),
-                         f16_mul(place, f16_set(BOX_PLACE_MARGIN)));
-    uint32_t near = inside | f16_less_equal(margin, f16_set(in->mesh->margin));
     t->enter &= (uint64_t)passed << at | ~((uint64_t)0xffff << at);
-    t->far |= (uint64_t)(~near & 0xffff) << at;
 }
 
 /* As make_shear. */
@@ -73,13 +80,46 @@ INLINE void shear_group(tile *t, uint32_t at) {
     }
 }
 
-INLINE void load_tile(tile *t, const frozen_instance *in, const ray *rays, size_t count) {
-    t->all = t->enter = t->plain = count < TILE ? ((uint64_t)1 << count) - 1 : ~(uint64_t)0;
+/* o, d, t_min and t_max of the rays at `at` stand. */
+INLINE void ready_group(tile *t, uint32_t at) {
+    const f16 most = f16_set(FLT_MAX), zero = f16_set(0);
+    f16 t_min = f16_load(t->t_min + at), t_max = f16_load(t->t_max + at), size[3];
+    uint32_t sound = 0xffff, nothing = 0xffff;
+    uint32_t plain = f16_equal(t_min, t_min) & f16_equal(t_max, t_max);
+    for (int i = 0; i < 3; i++) {
+        f16 d = f16_load(t->d[i] + at), inv = f16_div(f16_set(1), d);
+        f16_store(t->inv[i] + at, inv);
+        size[i] = f16_abs(d);
+        sound &= f16_less_equal(f16_abs(f16_load(t->o[i] + at)), most) &
+                 f16_less_equal(size[i], most);
+        nothing &= f16_equal(d, zero);
+        plain &= f16_less_equal(f16_abs(inv), most);
+        t->back[i] |= (uint64_t)f16_signs(d) << at;
+    }
+    uint32_t xy = f16_less(size[1], size[0]), xz = f16_less(size[2], size[0]);
+    uint32_t yz = f16_less(size[2], size[1]), x = xy & xz, y = ~xy & yz;
+    t->dominated[0] |= (uint64_t)x << at;
+    t->dominated[1] |= (uint64_t)y << at;
+    t->dominated[2] |= (uint64_t)(~(x | y) & 0xffff) << at;
+    t->enter &= (uint64_t)(sound & ~nothing) << at | ~((uint64_t)0xffff << at);
+    t->plain &= (uint64_t)plain << at | ~((uint64_t)0xffff << at);
+    shear_group(t, at);
+}
+
+INLINE void empty_tile(tile *t, const ray *rays, uint64_t all) {
+    t->all = t->enter = t->plain = all;
     t->rays = rays;
     t->far = 0;
     for (int i = 0; i < 3; i++) t->back[i] = t->dominated[i] = 0;
+}
+
+/* in: a mesh that stands as it was given; NULL: the world. */
+INLINE void load_tile(tile *t, const frozen_instance *in, const ray *rays, size_t count) {
+    empty_tile(t, rays, count < TILE ? ((uint64_t)1 << count) - 1 : ~(uint64_t)0);
+    t->masks = 0, t->common_mask = ~0u;
     for (uint32_t i = 0; i < TILE && i < count; i++) {
-        t->enter &= ~((uint64_t)((rays[i].mask & in->mask) == 0) << i);
+        t->masks |= rays[i].mask, t->common_mask &= rays[i].mask;
+        if (in) t->enter &= ~((uint64_t)((rays[i].mask & in->mask) == 0) << i);
         t->plain &= ~((uint64_t)(rays[i].after_t != -INFINITY) << i);
     }
     for (uint32_t at = 0; at < TILE; at += GROUP) {
@@ -92,28 +132,35 @@ INLINE void load_tile(tile *t, const frozen_instance *in, const ray *rays, size_
             }
             f8_transpose((const float *)from, sizeof(ray) / sizeof(float), t->row[0] + i, TILE);
         }
-        const f16 most = f16_set(FLT_MAX), zero = f16_set(0);
-        f16 t_min = f16_load(t->t_min + at), t_max = f16_load(t->t_max + at), size[3];
-        uint32_t sound = 0xffff, nothing = 0xffff;
-        uint32_t plain = f16_equal(t_min, t_min) & f16_equal(t_max, t_max);
-        for (int i = 0; i < 3; i++) {
-            f16 d = f16_load(t->d[i] + at), inv = f16_div(f16_set(1), d);
-            f16_store(t->inv[i] + at, inv);
-            size[i] = f16_abs(d);
-            sound &= f16_less_equal(f16_abs(f16_load(t->o[i] + at)), most) &
-                     f16_less_equal(size[i], most);
-            nothing &= f16_equal(d, zero);
-            plain &= f16_less_equal(f16_abs(inv), most);
-            t->back[i] |= (uint64_t)f16_signs(d) << at;
+        ready_group(t, at);
+        if (in) {
+            enter_box(t, &in->bounds, at);
+            t->far |= find_far(t, in->mesh, at);
         }
-        uint32_t xy = f16_less(size[1], size[0]), xz = f16_less(size[2], size[0]);
-        uint32_t yz = f16_less(size[2], size[1]), x = xy & xz, y = ~xy & yz;
-        t->dominated[0] |= (uint64_t)x << at;
-        t->dominated[1] |= (uint64_t)y << at;
-        t->dominated[2] |= (uint64_t)(~(x | y) & 0xffff) << at;
-        t->enter &= (uint64_t)(sound & ~nothing) << at | ~((uint64_t)0xffff << at);
-        t->plain &= (uint64_t)plain << at | ~((uint64_t)0xffff << at);
-        enter_mesh(t, in, at);
-        shear_group(t, at);
+    }
+}
+
+/* Those rays of `from`, a tile of the world, in the space of an instance with a mesh. As place_ray. */
+static __attribute__((noinline)) void place_tile(tile *t, const tile *from,
+                                                 const frozen_instance *in, uint64_t rays) {
+    empty_tile(t, from->rays, rays);
+    for (uint32_t at = 0; at < TILE; at += GROUP) {
+        if (LANES(rays, at) == 0) continue;
+        double o[3][GROUP], d[3][GROUP];
+        for (int i = 0; i < 3; i++)
+            for (uint32_t k = 0; k < GROUP; k++)
+                o[i][k] = (double)from->o[i][at + k], d[i][k] = (double)from->d[i][at + k];
+        for (uint32_t k = 0; k < GROUP; k++) {
+            dvec3 p = transform_point(&in->to_local, (dvec3){o[0][k], o[1][k], o[2][k]});
+            dvec3 v = transform_vector(&in->to_local, (dvec3){d[0][k], d[1][k], d[2][k]});
+            t->o[0][at + k] = (float)p.x, t->o[1][at + k] = (float)p.y;
+            t->o[2][at + k] = (float)p.z;
+            t->d[0][at + k] = (float)v.x, t->d[1][at + k] = (float)v.y;
+            t->d[2][at + k] = (float)v.z;
+        }
+        f16_store(t->t_min + at, f16_load(from->t_min + at));
+        f16_store(t->t_max + at, f16_load(from->t_max + at));
+        ready_group(t, at);
+        t->far |= find_far(t, in->mesh, at);
     }
 }

@@ -4,14 +4,18 @@
  *     boxes.inl      a ray made ready; the slab test; a step down a tree
  *     triangles.inl  eight triangles: the watertight test
  *     walk.inl       one ray through everything: instances, groups, parts, meshes that deform
- *     tiles.inl      64 rays made ready side by side, for a mesh
+ *     tiles.inl      64 rays made ready side by side
  *     beams.inl      those of a tile that go the same way, together
+ *     spheres.inl    eight spheres and as many rays
+ *     worlds.inl     beams in a world of many things
  *     turns.inl      the others in turn */
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "accel/kernels/kernel.h"
+#include "geometry/sphere.h"
+#include "simd/double8.h"
 #include "simd/float16.h"
 
 /* Under the sanitizers, whose checks multiply, the compiler would need minutes for one function. */
@@ -42,6 +46,8 @@ typedef struct batch {
 } batch;
 
 #include "accel/kernels/beams.inl"
+#include "accel/kernels/spheres.inl"
+#include "accel/kernels/worlds.inl"
 #include "accel/kernels/turns.inl"
 
 /* Nothing but a mesh that stands as it was given. */

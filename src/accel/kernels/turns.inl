@@ -128,7 +128,13 @@ INLINE bool enter_instance(turn *t, const frozen_instance *in, float floor_t) {
     return true;
 }
 
-/* What stands in a leaf of the world, and in those that follow; or a mesh is left. Returns what the ray does next. */
+/* A sphere's turn comes together with others. */
+INLINE bool is_sphere(const turn *t, const frozen_instance *in) {
+    return in->sphere && in->mask & t->q.ray->mask && t->q.ray->after_t == -INFINITY;
+}
+
+/* What stands in a leaf of the world, and in those that follow; or a mesh is left. Returns what the ray does next; a
+ * leaf of the world is a sphere. */
 static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, const bool any) {
     const frozen_level *world = &b->a->world;
     uint32_t next = t->next;
@@ -140,9 +146,11 @@ static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, 
     }
     for (; next & BVH_LEAF && next != STACK_END; next = pop(&t->stack)) {
         uint32_t index = next & ~BVH_LEAF;
+        const frozen_instance *in = &world->instances[index];
         float before = t->q.best_t;
+        if (is_sphere(t, in)) return next;
         float floor_t = float_max(t->stack.entries[t->stack.count], t->p.t_min);
-        if (enter_instance(t, &world->instances[index], floor_t)) return t->tree->root;
+        if (enter_instance(t, in, floor_t)) return t->tree->root;
         if (visit_instance(&t->q, &t->p, world, index, floor_t, true, any)) {
             t->q.best_instance = 0;
             start_stack(&t->stack);
@@ -150,6 +158,54 @@ static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, 
             prune(&t->stack, t->q.best_t);
     }
     return next;
+}
+
+INLINE void add_turn(sphere_pairs *s, turn *t, const frozen_instance *in) {
+    uint32_t to = s->count;
+    for (int axis = 0; axis < 3; axis++)
+        s->o[axis][to] = t->p.o[axis], s->d[axis][to] = t->p.d[axis];
+    s->t_min[to] = t->p.t_min, s->t_max[to] = t->p.t_max;
+    s->floor_t[to] = float_max(t->stack.entries[t->stack.count], t->p.t_min);
+    s->of[to] = t;
+    add_sphere(s, in);
+    t->q.counters.primitives++;
+}
+
+static __attribute__((noinline)) void step_spheres(const batch *b, sphere_pairs *s, const bool any,
+                                                   queue *to, queue_counts *n) {
+    unsigned lanes = meet_spheres(s);
+    for (uint32_t i = 0; i < s->count; i++) {
+        turn *t = s->of[i];
+        uint32_t number = b->a->world.instances[t->next & ~BVH_LEAF].first;
+        if (lanes >> i & 1) {
+            if (any) {
+                t->q.best_instance = 0;
+                start_stack(&t->stack);
+            } else if (beats_best(&t->q, s->t[i], number, 0)) {
+                take(&t->q, s->t[i], 0, 0, number, 0);
+                prune(&t->stack, s->t[i]);
+            }
+        }
+        enqueue(to, n, t, pop(&t->stack), true);
+    }
+    s->count = 0;
+}
+
+INLINE void step_leaves(const batch *b, turn *const *turns, uint32_t count, const bool any,
+                        queue *to, queue_counts *n) {
+    sphere_pairs spheres;
+    spheres.count = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        turn *t = turns[i];
+        uint32_t next = visit_leaves(b, t, any);
+        if (next < STACK_RETURN && next & BVH_LEAF && t->in == NULL) {
+            t->next = next;
+            add_turn(&spheres, t, &b->a->world.instances[next & ~BVH_LEAF]);
+            if (spheres.count == PAIRS) step_spheres(b, &spheres, any, to, n);
+        } else
+            enqueue(to, n, t, next, true);
+    }
+    if (spheres.count > 0) step_spheres(b, &spheres, any, to, n);
 }
 
 /* False: it ended as it began. */
@@ -180,11 +236,11 @@ INLINE void end_turn(batch *b, const query *q, size_t index, const bool any) {
 }
 
 /* Makes the next rays of the batch ready, and traces those that need no turn. */
-static __attribute__((noinline)) void next_tile(batch *b, const bool any) {
+static __attribute__((noinline)) void next_tile(batch *b, const bool any, const bool many) {
     tile *t = &b->tile;
     size_t first = b->next, count = b->count - first < TILE ? b->count - first : TILE;
     b->next += count;
-    load_tile(t, b->instance, b->rays + first, count);
+    load_tile(t, many ? NULL : b->instance, b->rays + first, count);
     query q = {0};
     for (uint64_t rest = t->all & (~t->enter | t->far); rest != 0; rest &= rest - 1) {
         size_t index = first + (size_t)__builtin_ctzll(rest);
@@ -194,26 +250,26 @@ static __attribute__((noinline)) void next_tile(batch *b, const bool any) {
         end_turn(b, &q, index, any);
     }
     add_counters(&b->counters, &q.counters);
-    b->left = trace_beams(b, t, t->enter & ~t->far, any);
+    b->left = trace_beams(b, t, t->enter & ~t->far, any, many);
 }
 
 /* Gives the turn the next ray that may meet something. False: there is none. */
 INLINE bool start_turn(batch *b, turn *t, const bool any, const bool many) {
-    while (many) {
-        if (b->next == b->count) return false;
-        t->index = b->next++;
-        if (start_in_world(b, t, &b->rays[t->index], any)) return true;
+    const tile *from = &b->tile;
+    uint32_t i;
+    for (;;) {
+        while (b->left == 0) {
+            if (b->next == b->count) return false;
+            next_tile(b, any, many);
+        }
+        i = (uint32_t)__builtin_ctzll(b->left);
+        b->left &= b->left - 1;
+        t->index = (size_t)(&from->rays[i] - b->rays);
+        if (!many) break;
+        if (start_in_world(b, t, &from->rays[i], any)) return true;
         end_turn(b, &t->q, t->index, any);
     }
-    while (b->left == 0) {
-        if (b->next == b->count) return false;
-        next_tile(b, any);
-    }
-    const tile *from = &b->tile;
-    uint32_t i = (uint32_t)__builtin_ctzll(b->left);
-    b->left &= b->left - 1;
     start_query(&t->q, &from->rays[i]);
-    t->index = (size_t)(&from->rays[i] - b->rays);
     t->next = b->instance->mesh->root;
     t->floor_t = from->floor_t[i];
     f8_store(t->p.row, f8_load((const float *)&from->rays[i]));
@@ -254,10 +310,7 @@ INLINE void take_turns(batch *b, turn turns[TURNS], const bool any, const bool m
             step_blocks(b, now->blocks + i, BLOCKS, any, then, &left, many);
         for (; i < n.blocks - blocks; i++)
             step_blocks(b, now->blocks + i, 1, any, then, &left, many);
-        for (i = 0; i < n.leaves; i++) {
-            turn *t = now->leaves[i];
-            enqueue(then, &left, t, visit_leaves(b, t, any), many);
-        }
+        if (many) step_leaves(b, now->leaves, n.leaves, any, then, &left);
         for (i = 0; i < n.ends; i++) {
             turn *t = now->ends[i];
             end_turn(b, &t->q, t->index, any);

@@ -1,0 +1,202 @@
+/* Beams through a world of many things: what stands in the leaves of its tree. */
+
+/* Those that the mask lets see it. */
+INLINE uint64_t seen_by(const tile *t, uint64_t rays, uint32_t mask) {
+    if (mask & t->common_mask) return rays;
+    if (!(mask & t->masks)) return 0;
+    uint64_t seen = 0;
+    for (uint64_t i = rays; i != 0; i &= i - 1)
+        if (t->rays[__builtin_ctzll(i)].mask & mask) seen |= i & -i;
+    return seen;
+}
+
+/* One ray after the other. floor_t: where each enters the box, if it is bounded. */
+INLINE uint64_t meet_in_turn(beam *k, const frozen_level *world, uint32_t index,
+                             const float floor_t[TILE], bool bounded, uint64_t rays,
+                             const bool any) {
+    uint64_t met = 0;
+    query q = {0};
+    for (; rays != 0; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        prepared p;
+        load_bests(&q, k, i);
+        q.o = dvec3_from(q.ray->o), q.d = dvec3_from(q.ray->d);
+        if (!prepare_lane(&p, k->tile, i)) continue;
+        bool found = visit_instance(&q, &p, world, index, floor_t[i], bounded, any);
+        if (found || q.best_t < k->best_t[i]) met |= rays & -rays;
+        if (!any) store_bests(k, &q, i);
+    }
+    k->counters.nodes += q.counters.nodes;
+    k->counters.triangles += q.counters.triangles;
+    k->counters.primitives += q.counters.primitives;
+    return met;
+}
+
+/* Of a mesh in a place of its own: the rays that go the same way there, too, which have gone through it. */
+INLINE uint64_t meet_placed_mesh(beam *k, const frozen_instance *in, const float floor_t[TILE],
+                                 uint64_t rays, uint64_t *met, const bool any) {
+    tile placed;
+    place_tile(&placed, k->tile, in, rays);
+    rays &= placed.enter & placed.plain & ~placed.far;
+    if (rays == 0) return 0;
+    uint32_t first = (uint32_t)__builtin_ctzll(rays);
+    for (int i = 0; i < 3; i++) {
+        rays &= placed.back[i] >> first & 1 ? placed.back[i] : ~placed.back[i];
+        if (placed.dominated[i] >> first & 1) rays &= placed.dominated[i];
+    }
+    if (count_bits(rays) < BEAM_LEAST) return 0;
+    beam inner;
+    aim_beam(&inner, &placed, rays);
+    inner.bests = k->bests;
+    find_limit(&inner);
+    choose_mesh(&inner, in, rays, floor_t);
+    bool done = walk_beam(&inner, in->mesh, rays, NULL, any);
+    for (uint64_t i = any ? 0 : rays; i != 0; i &= i - 1)
+        if (inner.best_t[__builtin_ctzll(i)] < k->best_t[__builtin_ctzll(i)]) *met |= i & -i;
+    *met |= inner.met;
+    k->bests = inner.bests;
+    k->counters.nodes += inner.counters.nodes;
+    k->counters.triangles += inner.counters.triangles;
+    k->visits += inner.visits;
+    return done ? rays : inner.met;
+}
+
+/* Of a mesh that stands as it was given. */
+INLINE uint64_t meet_mesh(beam *k, const frozen_instance *in, const float floor_t[TILE],
+                          uint64_t rays, uint64_t *met, const bool any) {
+    for (uint32_t at = 0; at < TILE; at += GROUP)
+        if (LANES(rays, at) != 0) rays &= ~find_far(k->tile, in->mesh, at);
+    if (count_bits(rays) < BEAM_LEAST) return 0;
+    float before[TILE];
+    memcpy(before, k->best_t, sizeof before);
+    uint64_t met_before = k->met;
+    choose_mesh(k, in, rays, floor_t);
+    bool done = walk_beam(k, in->mesh, rays, NULL, any);
+    for (uint64_t i = any ? 0 : rays; i != 0; i &= i - 1)
+        if (k->best_t[__builtin_ctzll(i)] < before[__builtin_ctzll(i)]) *met |= i & -i;
+    *met |= k->met & ~met_before;
+    return done ? rays : k->met & ~met_before;
+}
+
+INLINE uint64_t meet_sphere(beam *k, const frozen_instance *in, const float floor_t[TILE],
+                            uint64_t rays, const bool any) {
+    const tile *t = k->tile;
+    uint64_t met = 0;
+    k->counters.primitives += count_bits(rays);
+    while (rays != 0) {
+        sphere_pairs s = {.count = 0};
+        uint8_t ray_of[PAIRS];
+        for (; rays != 0 && s.count < PAIRS; rays &= rays - 1) {
+            uint32_t i = (uint32_t)__builtin_ctzll(rays), to = s.count;
+            for (int axis = 0; axis < 3; axis++)
+                s.o[axis][to] = t->o[axis][i], s.d[axis][to] = t->d[axis][i];
+            s.t_min[to] = t->t_min[i], s.t_max[to] = t->t_max[i], s.floor_t[to] = floor_t[i];
+            ray_of[to] = (uint8_t)i;
+            add_sphere(&s, in);
+        }
+        for (unsigned lanes = meet_spheres(&s); lanes != 0; lanes &= lanes - 1) {
+            uint32_t lane = (uint32_t)__builtin_ctz(lanes), i = ray_of[lane];
+            float found = s.t[lane];
+            if (!any) {
+                if (found > k->best_t[i]) continue;
+                if (found == k->best_t[i] && !is_lower(in->first, 0, k, i)) continue;
+                k->best_t[i] = found, k->best_u[i] = k->best_v[i] = 0;
+                k->instance[i] = in->first, k->primitive[i] = 0;
+            }
+            met |= (uint64_t)1 << i;
+        }
+    }
+    return met;
+}
+
+INLINE uint64_t meet_instance(beam *k, const frozen_level *world, uint32_t index,
+                              const char *planes, uint64_t rays, const bool any) {
+    const frozen_instance *in = &world->instances[index];
+    const tile *t = k->tile;
+    float floor_t[TILE];
+    rays = seen_by(t, rays, in->mask);
+    for (uint32_t at = 0; at < TILE; at += GROUP) {
+        f16 entry = f16_load(t->t_min + at);
+        if (LANES(rays, at) == 0) continue;
+        if (planes)
+            rays &= (uint64_t)cross_box(k, at, planes, &entry) << at | ~((uint64_t)0xffff << at);
+        f16_store(floor_t + at, entry);
+    }
+    uint64_t met = 0;
+    if (in->sphere) return meet_sphere(k, in, floor_t, rays, any);
+    if (in->mesh && !in->moves && count_bits(rays) >= BEAM_LEAST)
+        rays &= ~(in->identity ? meet_mesh(k, in, floor_t, rays, &met, any)
+                               : meet_placed_mesh(k, in, floor_t, rays, &met, any));
+    if (any) rays &= ~met;
+    return met | meet_in_turn(k, world, index, floor_t, planes != NULL, rays, any);
+}
+
+static __attribute__((noinline)) uint64_t meet_closest(beam *k, const frozen_level *world,
+                                                       uint32_t index, const char *planes,
+                                                       uint64_t rays) {
+    return meet_instance(k, world, index, planes, rays, false);
+}
+
+static __attribute__((noinline)) uint64_t meet_any(beam *k, const frozen_level *world,
+                                                   uint32_t index, const char *planes,
+                                                   uint64_t rays) {
+    return meet_instance(k, world, index, planes, rays, true);
+}
+
+/* False: given up. */
+INLINE bool walk_world(beam *k, const frozen_level *world, const bool any) {
+    for (size_t i = 0; i < world->unbounded_count && k->alive != 0; i++) {
+        uint32_t index = world->unbounded[i];
+        note_met(k,
+                 any ? meet_any(k, world, index, NULL, k->alive)
+                     : meet_closest(k, world, index, NULL, k->alive),
+                 any);
+    }
+    if (world->top.node_count == 0) return true;
+    return walk_beam(k, &world->top, k->alive, world, any);
+}
+
+/* Traces the beams among `rays`: through the mesh, or of `many` through the world. Returns those that are still to be
+ * traced. */
+static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, uint64_t rays,
+                                                      const bool any, const bool many) {
+    const frozen_level *world = &b->a->world;
+    const bounds3 *box = many ? &world->top.bounds : &b->instance->mesh->bounds;
+    float size = float_max(float_max(box->max.x - box->min.x, box->max.y - box->min.y),
+                           box->max.z - box->min.z);
+    size_t first = (size_t)(t->rays - b->rays);
+    uint64_t tried = rays & t->plain;
+    b->beam_least =
+        b->beam_least > BEAM_LEAST + LEAST_LESS ? b->beam_least - LEAST_LESS : BEAM_LEAST;
+    for (int tries = 0; tries < 4 && count_bits(tried) >= b->beam_least; tries++) {
+        uint64_t alike = find_beam(t, tried, size);
+        uint32_t count = count_bits(alike);
+        tried &= ~alike;
+        if (count < b->beam_least) continue;
+        beam k;
+        aim_beam(&k, t, alike);
+        start_bests(&k);
+        bool done;
+        if (many)
+            done = walk_world(&k, world, any);
+        else {
+            choose_mesh(&k, b->instance, alike, t->floor_t);
+            done = walk_beam(&k, b->instance->mesh, alike, NULL, any);
+        }
+        add_counters(&b->counters, &k.counters);
+        if (k.visits < full_of(count) * k.counters.nodes) b->beam_least = count + LEAST_MORE;
+        if (!done) return rays;
+        rays &= ~alike;
+        for (; alike != 0; alike &= alike - 1) {
+            uint32_t i = (uint32_t)__builtin_ctzll(alike);
+            if (any)
+                b->blocked[first + i] = k.met >> i & 1;
+            else
+                b->hits[first + i] = k.instance[i] == NO_ID
+                                         ? (hit){INFINITY, 0, 0, NO_ID, NO_ID}
+                                         : (hit){k.best_t[i], k.best_u[i], k.best_v[i],
+                                                 k.primitive[i], k.instance[i]};
+        }
+    }
+    return rays;
+}
