@@ -183,13 +183,23 @@ static bool is_unbounded(const frozen_geometry *g) {
     return g->type ? g->type->unbounded : g->level.unbounded_count > 0;
 }
 
+static void outline_of(const frozen_instance *in, frozen_outline *out) {
+    *out = (frozen_outline){.first = in->first};
+    if (!in->plain || in->type != &primitive_sphere) return;
+    const sphere_desc *sphere = in->desc;
+    memcpy(out->center, &sphere->center, sizeof out->center);
+    out->radius = sphere->radius;
+    out->sphere_mask = in->mask;
+}
+
 /* Also lists the boundless ones, and gives references to all others that are not empty. */
 static snell_status copy_instances(const accel *a, const accel_instance *instances, size_t count,
                                    bool in_group, frozen_level *level, build_reference *references,
                                    size_t *reference_count) {
     level->instances = memory_zeroed(count, sizeof *level->instances);
     level->unbounded = memory_resize(NULL, count, sizeof *level->unbounded);
-    if (level->instances == NULL || level->unbounded == NULL) return SNELL_ERR_MEMORY;
+    level->outlines = memory_aligned(count * sizeof *level->outlines);
+    if (!level->instances || !level->unbounded || !level->outlines) return SNELL_ERR_MEMORY;
     level->instance_count = count;
     level->bounds = bounds3_empty();
     uint64_t first = 0;
@@ -209,10 +219,10 @@ static snell_status copy_instances(const accel *a, const accel_instance *instanc
                               .identity = from->identity,
                               .flat = !is_group && g->type->flat,
                               .plain = from->identity && !is_group && !has_tree(g->type),
-                              .sphere = from->identity && g->type == &primitive_sphere,
                               .bounds = g->bounds,
                               .moves = from->moves,
                               .to_local = from->to_local};
+        outline_of(&level->instances[i], &level->outlines[i]);
         first += g->shape_count;
         if (is_unbounded(g)) level->unbounded[level->unbounded_count++] = (uint32_t)i;
         if (g->type && g->type->unbounded) continue;
@@ -309,6 +319,7 @@ snell_status accel_build(const accel_input *input, const accel_options *options,
 static void free_level(frozen_level *level) {
     build_tree_free(&level->top);
     free(level->instances);
+    memory_free_aligned(level->outlines);
     free(level->unbounded);
 }
 
@@ -327,7 +338,8 @@ bounds3 accel_bounds(const accel *a) { return a->world.bounds; }
 
 static void add_level_memory(accel_memory *m, const frozen_level *level) {
     m->node_bytes += level->top.node_count * sizeof *level->top.nodes;
-    m->other_bytes += level->instance_count * (sizeof *level->instances + sizeof *level->unbounded);
+    m->other_bytes += level->instance_count * (sizeof *level->instances + sizeof *level->outlines +
+                                               sizeof *level->unbounded);
 }
 
 accel_memory accel_get_memory(const accel *a) {

@@ -84,15 +84,23 @@ typedef struct frozen_instance {
     bool identity, flat;
     /* One part, in the space of its level: nothing stands between a ray and `intersect`. */
     bool plain;
-    bool sphere;        /* such a one */
     bounds3 bounds;      /* the shape's, in its own space */
     const motion *moves; /* NULL: to_local holds at all times */
     transform to_local;
 } frozen_instance;
 
+/* What rays ask of each instance first; all that they need of a sphere in the space of its level. */
+typedef struct frozen_outline {
+    float center[3], radius;
+    uint32_t sphere_mask; /* as `mask` of the instance; 0: it is no such sphere */
+    uint32_t first;
+    uint32_t unused[2];
+} frozen_outline;
+
 /* Instances under one tree: the world, or a group. */
 typedef struct frozen_level {
     frozen_instance *instances;
+    frozen_outline *outlines; /* of each instance; aligned to 64 */
     size_t instance_count;
     uint32_t *unbounded; /* instances without a box, ascending */
     size_t unbounded_count;

@@ -43,8 +43,8 @@ static inline void d8_store_floats(float *p, d8 a) {
 }
 #define DOUBLE8_BINARY(name)                                                                       \
     static inline d8 d8_##name(d8 a, d8 b) {                                                       \
-        return (d8){{_mm256_##name##_pd(a.half[0], b.half[0]),                                     \
-                     _mm256_##name##_pd(a.half[1], b.half[1])}};                                   \
+        return (d8){                                                                               \
+            {_mm256_##name##_pd(a.half[0], b.half[0]), _mm256_##name##_pd(a.half[1], b.half[1])}}; \
     }
 DOUBLE8_BINARY(add)
 DOUBLE8_BINARY(sub)

@@ -300,7 +300,7 @@ INLINE uint32_t cross_own_box(const beam *k, const triangle_block *b, uint32_t t
 /* Does it win over what the ray has at the same t? */
 INLINE bool is_lower(uint32_t instance, uint32_t primitive, const beam *k, uint32_t lane) {
     return instance != k->instance[lane] ? instance < k->instance[lane]
-                                        : primitive < k->primitive[lane];
+                                         : primitive < k->primitive[lane];
 }
 
 /* One triangle and the rays in `lanes` of a group, by test_triangles and accept_triangles. What was met: of `any`, lanes; else whether there may be a nearer hit. */
@@ -378,7 +378,7 @@ INLINE uint64_t meet_block(beam *k, const bvh_tree *mesh, const triangle_block *
 
 typedef struct beam_stack {
     walk_stack walk;
-    uint64_t rays[BVH_STACK_SIZE + BVH_WIDTH + 1];  /* that pass it, or may */
+    uint64_t rays[BVH_STACK_SIZE + BVH_WIDTH + 1];      /* that pass it, or may */
     const char *planes[BVH_STACK_SIZE + BVH_WIDTH + 1]; /* of its box */
 } beam_stack;
 
@@ -478,4 +478,3 @@ INLINE bool walk_beam(beam *k, const bvh_tree *tree, uint64_t rays, const frozen
     k->visits += visits;
     return !thin;
 }
-

@@ -11,11 +11,8 @@ typedef struct sphere_pairs {
     uint32_t count;
 } sphere_pairs;
 
-INLINE void add_sphere(sphere_pairs *s, const frozen_instance *in) {
-    const sphere_desc *sphere = in->desc;
-    s->center[0][s->count] = sphere->center.x;
-    s->center[1][s->count] = sphere->center.y;
-    s->center[2][s->count] = sphere->center.z;
+INLINE void add_sphere(sphere_pairs *s, const frozen_outline *sphere) {
+    for (int axis = 0; axis < 3; axis++) s->center[axis][s->count] = sphere->center[axis];
     s->radius[s->count++] = sphere->radius;
 }
 

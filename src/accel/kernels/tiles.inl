@@ -90,8 +90,8 @@ INLINE void ready_group(tile *t, uint32_t at) {
         f16 d = f16_load(t->d[i] + at), inv = f16_div(f16_set(1), d);
         f16_store(t->inv[i] + at, inv);
         size[i] = f16_abs(d);
-        sound &= f16_less_equal(f16_abs(f16_load(t->o[i] + at)), most) &
-                 f16_less_equal(size[i], most);
+        sound &=
+            f16_less_equal(f16_abs(f16_load(t->o[i] + at)), most) & f16_less_equal(size[i], most);
         nothing &= f16_equal(d, zero);
         plain &= f16_less_equal(f16_abs(inv), most);
         t->back[i] |= (uint64_t)f16_signs(d) << at;

@@ -14,7 +14,6 @@
 #include <string.h>
 
 #include "accel/kernels/kernel.h"
-#include "geometry/sphere.h"
 #include "simd/double8.h"
 #include "simd/float16.h"
 

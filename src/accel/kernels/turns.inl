@@ -129,8 +129,8 @@ INLINE bool enter_instance(turn *t, const frozen_instance *in, float floor_t) {
 }
 
 /* A sphere's turn comes together with others. */
-INLINE bool is_sphere(const turn *t, const frozen_instance *in) {
-    return in->sphere && in->mask & t->q.ray->mask && t->q.ray->after_t == -INFINITY;
+INLINE bool is_sphere(const turn *t, const frozen_outline *of) {
+    return of->sphere_mask & t->q.ray->mask && t->q.ray->after_t == -INFINITY;
 }
 
 /* What stands in a leaf of the world, and in those that follow; or a mesh is left. Returns what the ray does next; a
@@ -146,11 +146,10 @@ static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, 
     }
     for (; next & BVH_LEAF && next != STACK_END; next = pop(&t->stack)) {
         uint32_t index = next & ~BVH_LEAF;
-        const frozen_instance *in = &world->instances[index];
+        if (is_sphere(t, &world->outlines[index])) return next;
         float before = t->q.best_t;
-        if (is_sphere(t, in)) return next;
         float floor_t = float_max(t->stack.entries[t->stack.count], t->p.t_min);
-        if (enter_instance(t, in, floor_t)) return t->tree->root;
+        if (enter_instance(t, &world->instances[index], floor_t)) return t->tree->root;
         if (visit_instance(&t->q, &t->p, world, index, floor_t, true, any)) {
             t->q.best_instance = 0;
             start_stack(&t->stack);
@@ -160,14 +159,14 @@ static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, 
     return next;
 }
 
-INLINE void add_turn(sphere_pairs *s, turn *t, const frozen_instance *in) {
+INLINE void add_turn(sphere_pairs *s, turn *t, const frozen_outline *sphere) {
     uint32_t to = s->count;
     for (int axis = 0; axis < 3; axis++)
         s->o[axis][to] = t->p.o[axis], s->d[axis][to] = t->p.d[axis];
     s->t_min[to] = t->p.t_min, s->t_max[to] = t->p.t_max;
     s->floor_t[to] = float_max(t->stack.entries[t->stack.count], t->p.t_min);
     s->of[to] = t;
-    add_sphere(s, in);
+    add_sphere(s, sphere);
     t->q.counters.primitives++;
 }
 
@@ -176,7 +175,7 @@ static __attribute__((noinline)) void step_spheres(const batch *b, sphere_pairs 
     unsigned lanes = meet_spheres(s);
     for (uint32_t i = 0; i < s->count; i++) {
         turn *t = s->of[i];
-        uint32_t number = b->a->world.instances[t->next & ~BVH_LEAF].first;
+        uint32_t number = b->a->world.outlines[t->next & ~BVH_LEAF].first;
         if (lanes >> i & 1) {
             if (any) {
                 t->q.best_instance = 0;
@@ -200,7 +199,7 @@ INLINE void step_leaves(const batch *b, turn *const *turns, uint32_t count, cons
         uint32_t next = visit_leaves(b, t, any);
         if (next < STACK_RETURN && next & BVH_LEAF && t->in == NULL) {
             t->next = next;
-            add_turn(&spheres, t, &b->a->world.instances[next & ~BVH_LEAF]);
+            add_turn(&spheres, t, &b->a->world.outlines[next & ~BVH_LEAF]);
             if (spheres.count == PAIRS) step_spheres(b, &spheres, any, to, n);
         } else
             enqueue(to, n, t, next, true);

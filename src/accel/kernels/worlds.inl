@@ -78,7 +78,7 @@ INLINE uint64_t meet_mesh(beam *k, const frozen_instance *in, const float floor_
     return done ? rays : k->met & ~met_before;
 }
 
-INLINE uint64_t meet_sphere(beam *k, const frozen_instance *in, const float floor_t[TILE],
+INLINE uint64_t meet_sphere(beam *k, const frozen_outline *sphere, const float floor_t[TILE],
                             uint64_t rays, const bool any) {
     const tile *t = k->tile;
     uint64_t met = 0;
@@ -92,16 +92,16 @@ INLINE uint64_t meet_sphere(beam *k, const frozen_instance *in, const float floo
                 s.o[axis][to] = t->o[axis][i], s.d[axis][to] = t->d[axis][i];
             s.t_min[to] = t->t_min[i], s.t_max[to] = t->t_max[i], s.floor_t[to] = floor_t[i];
             ray_of[to] = (uint8_t)i;
-            add_sphere(&s, in);
+            add_sphere(&s, sphere);
         }
         for (unsigned lanes = meet_spheres(&s); lanes != 0; lanes &= lanes - 1) {
             uint32_t lane = (uint32_t)__builtin_ctz(lanes), i = ray_of[lane];
             float found = s.t[lane];
             if (!any) {
                 if (found > k->best_t[i]) continue;
-                if (found == k->best_t[i] && !is_lower(in->first, 0, k, i)) continue;
+                if (found == k->best_t[i] && !is_lower(sphere->first, 0, k, i)) continue;
                 k->best_t[i] = found, k->best_u[i] = k->best_v[i] = 0;
-                k->instance[i] = in->first, k->primitive[i] = 0;
+                k->instance[i] = sphere->first, k->primitive[i] = 0;
             }
             met |= (uint64_t)1 << i;
         }
@@ -123,7 +123,8 @@ INLINE uint64_t meet_instance(beam *k, const frozen_level *world, uint32_t index
         f16_store(floor_t + at, entry);
     }
     uint64_t met = 0;
-    if (in->sphere) return meet_sphere(k, in, floor_t, rays, any);
+    if (world->outlines[index].sphere_mask)
+        return meet_sphere(k, &world->outlines[index], floor_t, rays, any);
     if (in->mesh && !in->moves && count_bits(rays) >= BEAM_LEAST)
         rays &= ~(in->identity ? meet_mesh(k, in, floor_t, rays, &met, any)
                                : meet_placed_mesh(k, in, floor_t, rays, &met, any));
@@ -137,9 +138,8 @@ static __attribute__((noinline)) uint64_t meet_closest(beam *k, const frozen_lev
     return meet_instance(k, world, index, planes, rays, false);
 }
 
-static __attribute__((noinline)) uint64_t meet_any(beam *k, const frozen_level *world,
-                                                   uint32_t index, const char *planes,
-                                                   uint64_t rays) {
+static __attribute__((noinline)) uint64_t
+meet_any(beam *k, const frozen_level *world, uint32_t index, const char *planes, uint64_t rays) {
     return meet_instance(k, world, index, planes, rays, true);
 }
 
