@@ -10,17 +10,17 @@ enum {
 };
 
 typedef struct turn {
-    prepared p;
+    _Alignas(64) prepared p;
     query q;
     shear sheared;
     float floor_t;
     uint32_t next; /* a reference */
     size_t index;  /* of the ray */
+    walk_stack stack;
     /* Of `many`: the tree that it is in, whose ray is p; of which instance, NULL: the world; and the ray outside. */
     const bvh_tree *tree;
     const frozen_instance *in;
     prepared outer;
-    walk_stack stack;
 } turn;
 
 /* On the stack between what is in a mesh and what is outside. */
@@ -50,11 +50,8 @@ INLINE void enqueue(queue *to, queue_counts *n, turn *t, uint32_t next, const bo
     }
 }
 
-INLINE const bvh_tree *tree_of(const batch *b, const turn *t, const bool many) {
-    return many ? t->tree : b->instance->mesh;
-}
-
-INLINE void step_nodes(const batch *b, turn *const *turns, const uint32_t count, queue *to,
+/* mesh: the one that there is, unless there are many things. */
+INLINE void step_nodes(const bvh_tree *mesh, turn *const *turns, const uint32_t count, queue *to,
                        queue_counts *n, const bool many) {
     const bvh_node *node[NODES];
     f8 entry[NODES];
@@ -62,7 +59,7 @@ INLINE void step_nodes(const batch *b, turn *const *turns, const uint32_t count,
     unsigned nearest[NODES];
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < count; i++) {
-        node[i] = &tree_of(b, turns[i], many)->nodes[turns[i]->next];
+        node[i] = &(many ? turns[i]->tree : mesh)->nodes[turns[i]->next];
         passed[i] =
             test_children(&turns[i]->p, node[i]->bounds, NULL, turns[i]->q.best_t, &entry[i]);
     }
@@ -81,22 +78,22 @@ INLINE void step_nodes(const batch *b, turn *const *turns, const uint32_t count,
     }
 }
 
-INLINE void step_blocks(const batch *b, turn *const *turns, const uint32_t count, const bool any,
-                        queue *to, queue_counts *n, const bool many) {
+INLINE void step_blocks(const bvh_tree *mesh, turn *const *turns, const uint32_t count,
+                        const bool any, queue *to, queue_counts *n, const bool many) {
     const triangle_block *block[BLOCKS];
     candidates found[BLOCKS];
     unsigned lanes[BLOCKS];
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < count; i++) {
         turn *t = turns[i];
-        block[i] = &tree_of(b, t, many)->blocks[t->next & BVH_INDEX_MASK];
+        block[i] = &(many ? t->tree : mesh)->blocks[t->next & BVH_INDEX_MASK];
         lanes[i] = test_block(&t->q, &t->sheared, block[i], t->next, &found[i]);
     }
     for (uint32_t i = 0; i < count; i++) {
         turn *t = turns[i];
         float before = t->q.best_t;
         if (lanes[i] != 0) {
-            if (accept_triangles(&t->q, &t->p, tree_of(b, t, many), &t->sheared, block[i],
+            if (accept_triangles(&t->q, &t->p, many ? t->tree : mesh, &t->sheared, block[i],
                                  &found[i], lanes[i], many ? t->in->first : 0, t->floor_t, any)) {
                 t->q.best_instance = 0;
                 start_stack(&t->stack);
@@ -287,6 +284,7 @@ INLINE bool start_turn(batch *b, turn *t, const bool any, const bool many) {
 }
 
 INLINE void take_turns(batch *b, turn turns[TURNS], const bool any, const bool many) {
+    const bvh_tree *mesh = many ? NULL : b->instance->mesh;
     queue queues[2], *now = &queues[0], *then = &queues[1];
     queue_counts n = {0};
     for (uint32_t i = 0; i < TURNS; i++) {
@@ -303,12 +301,12 @@ INLINE void take_turns(batch *b, turn turns[TURNS], const bool any, const bool m
         b->counters.nodes += n.nodes - nodes;
         uint32_t i;
         for (i = 0; i + NODES <= n.nodes; i += NODES)
-            step_nodes(b, now->nodes + i, NODES, then, &left, many);
-        for (; i < n.nodes - nodes; i++) step_nodes(b, now->nodes + i, 1, then, &left, many);
+            step_nodes(mesh, now->nodes + i, NODES, then, &left, many);
+        for (; i < n.nodes - nodes; i++) step_nodes(mesh, now->nodes + i, 1, then, &left, many);
         for (i = 0; i + BLOCKS <= n.blocks; i += BLOCKS)
-            step_blocks(b, now->blocks + i, BLOCKS, any, then, &left, many);
+            step_blocks(mesh, now->blocks + i, BLOCKS, any, then, &left, many);
         for (; i < n.blocks - blocks; i++)
-            step_blocks(b, now->blocks + i, 1, any, then, &left, many);
+            step_blocks(mesh, now->blocks + i, 1, any, then, &left, many);
         if (many) step_leaves(b, now->leaves, n.leaves, any, then, &left);
         for (i = 0; i < n.ends; i++) {
             turn *t = now->ends[i];
