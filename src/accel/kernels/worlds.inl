@@ -32,6 +32,37 @@ INLINE uint64_t meet_in_turn(beam *k, const frozen_level *world, uint32_t index,
     return met;
 }
 
+/* The ray has met something at t. Is it the nearest? Then it is noted. */
+INLINE bool take_nearer(beam *k, uint32_t i, float t, float u, float v, uint32_t instance,
+                        uint32_t primitive) {
+    if (t > k->best_t[i]) return false;
+    if (t == k->best_t[i] && !is_lower(instance, primitive, k, i)) return false;
+    k->best_t[i] = t, k->best_u[i] = u, k->best_v[i] = v;
+    k->instance[i] = instance, k->primitive[i] = primitive;
+    return true;
+}
+
+/* A plain shape, as trace_analytic: none of these rays walks on. */
+INLINE uint64_t meet_plain(beam *k, const frozen_instance *in, const float floor_t[TILE],
+                           uint64_t rays, const bool any) {
+    const tile *t = k->tile;
+    uint64_t met = 0;
+    for (; rays != 0; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        const ray *r = &t->rays[i];
+        if (in->flat && r->skip_instance == in->first && r->skip_primitive == 0) continue;
+        local_ray local = {r->o, r->d, r->t_min, r->t_max};
+        hit found = {.primitive = 0};
+        k->counters.primitives++;
+        if (!in->type->intersect(in->desc, &local, &found)) continue;
+        float at = float_max(floor_t[i], found.t);
+        if (!(at > r->t_min && at < r->t_max)) continue;
+        if (any || take_nearer(k, i, at, found.u, found.v, in->first, found.primitive))
+            met |= (uint64_t)1 << i;
+    }
+    return met;
+}
+
 /* Of a mesh in a place of its own: the rays that go the same way there, too, which have gone through it. */
 INLINE uint64_t meet_placed_mesh(beam *k, const frozen_instance *in, const float floor_t[TILE],
                                  uint64_t rays, uint64_t *met, const bool any) {
@@ -96,14 +127,8 @@ INLINE uint64_t meet_sphere(beam *k, const frozen_outline *sphere, const float f
         }
         for (unsigned lanes = meet_spheres(&s); lanes != 0; lanes &= lanes - 1) {
             uint32_t lane = (uint32_t)__builtin_ctz(lanes), i = ray_of[lane];
-            float found = s.t[lane];
-            if (!any) {
-                if (found > k->best_t[i]) continue;
-                if (found == k->best_t[i] && !is_lower(sphere->first, 0, k, i)) continue;
-                k->best_t[i] = found, k->best_u[i] = k->best_v[i] = 0;
-                k->instance[i] = sphere->first, k->primitive[i] = 0;
-            }
-            met |= (uint64_t)1 << i;
+            if (any || take_nearer(k, i, s.t[lane], 0, 0, sphere->first, 0))
+                met |= (uint64_t)1 << i;
         }
     }
     return met;
