@@ -547,35 +547,71 @@ static void counters_are_equal_between_runs_and_instruction_sets(void **state) {
     scene_destroy(s);
 }
 
-/* What goes the same way through a mesh goes together: a node counts once. */
-static void rays_that_go_the_same_way_go_together(void **state) {
-    (void)state;
+static void go_together(test_scene *s, uint64_t fewer) {
     enum { COUNT = 64 * 64 };
     static ray rays[COUNT];
     static hit hits[COUNT];
-    test_scene *s = scene_create();
-    scene_add_uv_sphere(s, 60, 60, 2, (dvec3){0, 0, 0});
-    scene_add_instance(s, 0, NULL);
+    static uint8_t blocked[COUNT];
     accel *a = scene_build(s, 0, 0, NULL);
     for (int i = 0; i < COUNT; i++) { /* tiles of 8 by 8 */
         int x = i / 64 % 8 * 8 + i % 8, y = i / 512 * 8 + i % 64 / 8;
         vec3 d = {0.02f * ((float)x - 31.5f), 0.02f * ((float)y - 31.5f), -1};
         rays[i] = ray_make((vec3){0, 0, 5}, d, 0, INFINITY);
+        if (i % 3 == 0) rays[i].mask = 1;
     }
     trace_counters alone = {0}, first = {0};
-    for (int i = 0; i < COUNT; i++) accel_trace(a, SNELL_ISA_SCALAR, &rays[i], &hits[i], 1, &alone);
+    for (int i = 0; i < COUNT; i++) {
+        accel_trace(a, SNELL_ISA_SCALAR, &rays[i], &hits[i], 1, &alone);
+        blocked[i] = hits[i].instance != NO_ID;
+    }
     for (size_t isa = 0; isa < COUNT_OF(isas); isa++) {
         if (!accel_has_isa(isas[isa])) continue;
         static hit together[COUNT];
+        static uint8_t any[COUNT];
         trace_counters counters = {0};
         accel_trace(a, isas[isa], rays, together, COUNT, &counters);
+        accel_occluded(a, isas[isa], rays, any, COUNT, NULL);
         assert_memory_equal(together, hits, sizeof hits);
-        assert_true(counters.nodes < alone.nodes / 8);
+        assert_memory_equal(any, blocked, sizeof blocked);
+        assert_true(counters.nodes < alone.nodes / fewer);
         if (isa == 0) first = counters;
         assert_memory_equal(&counters, &first, sizeof first);
     }
     accel_destroy(a);
     scene_destroy(s);
+}
+
+/* What goes the same way goes together: a node counts once. Through a mesh; and through a world of meshes as they
+ * were given and in other places, of spheres and a plane, some of them twice and some hidden by masks. */
+static void rays_that_go_the_same_way_go_together(void **state) {
+    (void)state;
+    test_scene *s = scene_create();
+    scene_add_uv_sphere(s, 60, 60, 2, (dvec3){0, 0, 0});
+    scene_add_instance(s, 0, NULL);
+    go_together(s, 8);
+
+    s = scene_create();
+    scene_add_uv_sphere(s, 60, 60, 2, (dvec3){-1, 0, 0});
+    scene_add_uv_sphere(s, 60, 60, 1, (dvec3){1, 1, 0});
+    uint32_t ball = scene_add_shape(s, "sphere", "center", (vec3){1, -1, 0.5}, "radius", 1);
+    uint32_t plane = scene_add_shape(s, "plane", "point", (vec3){0, -2, 0}, NULL, 0);
+    rng r = {5};
+    for (int twice = 0; twice < 2; twice++)
+        for (uint32_t g = 0; g < 2; g++) scene_add_instance(s, g, NULL);
+    for (int i = 0; i < 6; i++) {
+        transform m = random_transform(&r, i % 2);
+        scene_add_instance(s, i % 2 ? 1 : 0, &m);
+        if (i < 2) scene_add_instance(s, i % 2 ? 1 : 0, &m);
+    }
+    scene_add_instance(s, plane, NULL);
+    for (int i = 0; i < 3; i++) scene_add_instance(s, ball, NULL);
+    for (int i = 0; i < 40; i++) {
+        ball = scene_add_shape(s, "sphere", "center", rng_vec3(&r, 3), "radius", 0.3f);
+        scene_add_instance(s, ball, NULL);
+        if (i % 4 == 0) s->instances[s->instance_count - 1].mask = 2;
+    }
+    s->instances[1].mask = 2;
+    go_together(s, 3);
 }
 
 static void the_ceiling_on_instruction_sets_holds(void **state) {

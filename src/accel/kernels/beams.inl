@@ -42,8 +42,8 @@ typedef struct beam {
     float limit; /* the greatest best_t */
     /* Which origin makes the entry the least and the exit the greatest, .. */
     float least_t, entry_o[3], exit_o[3], inv_low[3], inv_high[3];
-    trace_counters counters;
-    uint64_t visits; /* of nodes, by each ray */
+    trace_counters counters, alone; /* alone: of rays that asked something one by one */
+    uint64_t visits;                /* of nodes, by each ray */
 } beam;
 
 /* Of all groups, lanes in which |a - a[first]| <= most. */
@@ -96,7 +96,7 @@ INLINE void aim_beam(beam *k, const tile *t, uint64_t rays) {
     k->tile = t;
     k->alive = rays;
     k->met = k->visits = 0;
-    k->counters = (trace_counters){0};
+    k->counters = k->alone = (trace_counters){0};
     memcpy(k->near, plane_offsets[octant], sizeof k->near);
     memcpy(k->far, plane_offsets[octant] + 4, sizeof k->far);
     float unused;

@@ -26,9 +26,7 @@ INLINE uint64_t meet_in_turn(beam *k, const frozen_level *world, uint32_t index,
         if (found || q.best_t < k->best_t[i]) met |= rays & -rays;
         if (!any) store_bests(k, &q, i);
     }
-    k->counters.nodes += q.counters.nodes;
-    k->counters.triangles += q.counters.triangles;
-    k->counters.primitives += q.counters.primitives;
+    add_counters(&k->alone, &q.counters);
     return met;
 }
 
@@ -209,6 +207,7 @@ static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, u
             done = walk_beam(&k, b->instance->mesh, alike, NULL, any);
         }
         add_counters(&b->counters, &k.counters);
+        add_counters(&b->counters, &k.alone);
         if (k.visits < full_of(count) * k.counters.nodes) b->beam_least = count + LEAST_MORE;
         if (!done) return rays;
         rays &= ~alike;
