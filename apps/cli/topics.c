@@ -505,7 +505,8 @@ static const struct {
     {{"transform"}, "translate|rotate|scale|look_at|matrix|shear|move|turn"},
     {{"integrators"}, "appel|whitted|cook|path|kajiya|raytracing|pathtracing"},
     {{"aovs"}, "aov|layer|layers|depth|normals|albedo|cryptomatte|passes|pass|motion_vectors"},
-    {{"formats"}, "gltf|glb|obj|ply|stl|nff|pbrt|lua|png|exr|pfm|ppm|jpeg|webp|apng|y4m|file|files"},
+    {{"formats"},
+     "gltf|glb|obj|ply|stl|nff|pbrt|lua|png|exr|pfm|ppm|jpeg|webp|apng|y4m|file|files"},
     {{"tonemaps"}, "tonemap|clip|reinhard|neutral|aces|agx|white_balance"},
 };
 
