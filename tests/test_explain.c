@@ -37,12 +37,15 @@ typedef struct told {
     uint32_t sample_count, channels;
     const float *pixel;
     snell_integrator integrator;
+    uint32_t max_depth;
     bool by_chance; /* path */
 } told;
 
 static told ask(const snell_render_desc *desc, uint32_t x, uint32_t y) {
     snell_explain_desc at = SNELL_INIT(explain_desc);
-    told t = {.integrator = desc->integrator, .by_chance = desc->integrator == SNELL_PATH};
+    told t = {.integrator = desc->integrator,
+              .max_depth = desc->max_depth,
+              .by_chance = desc->integrator == SNELL_PATH};
     at.x = x;
     at.y = y;
     MUST(snell_explain(bench.scene, desc, &at, &t.whole));
@@ -139,7 +142,7 @@ static void check_contribution(const told *t, const snell_explained_light *l) {
 }
 
 typedef struct seen {
-    size_t rays, lights, blocked, conserving, splits, lit, passed, hidden, named;
+    size_t rays, lights, blocked, conserving, splits, lit, chosen, passed, hidden, named;
 } seen;
 
 static bool made_of(const snell_explained_ray *r, const char *material) {
@@ -187,13 +190,31 @@ static void check_energy(const told *t, const snell_explained_ray *r, seen *s) {
     s->splits += split;
 }
 
+/* What was drawn with a density counts one over it; in path, that includes the choice of the light, and only a part
+ * counts: by the power heuristic of what Lambert's directions are drawn with, cos / pi. */
+static void check_density(const told *t, const snell_explained_light *l, seen *s) {
+    const snell_explained_ray *r = &t->rays[l->ray];
+    assert_true(l->choice > 0 && l->choice <= 1);
+    if (!t->by_chance) assert_true(l->choice == 1);
+    double part = l->weight * (l->pdf > 0 ? l->pdf : l->choice), expected = 1;
+    if (l->pdf > 0 && t->by_chance && r->depth < t->max_depth) {
+        assert_true(part > 0 && part <= 1 + 1e-12);
+        if (!made_of(r, "lambert")) return;
+        double ratio = l->cosine / 3.14159265358979 * survival(t, r) / l->pdf;
+        expected = 1 / (1 + ratio * ratio);
+    }
+    if (l->contribution[0] == 0)
+        return; /* of what is behind the surface the cosine is not that of a direction */
+    if (l->pdf > 0 || t->by_chance) ASSERT_CLOSE(part, expected, 1e-6, 0);
+    s->chosen += l->choice < 1;
+}
+
 /* What is sent on to lights is bounded too: R of Lambert's R / pi, together with what is traced, is at
- * most 1. What was drawn with a density counts one over it; path, where that is shared out, is held to it
- * by the pictures of test_transport. */
+ * most 1. */
 static void check_lit(const told *t, const snell_explained_light *l, seen *s) {
     const snell_explained_ray *r = &t->rays[l->ray];
     if (l->source != SNELL_SOURCE_LIGHT) return;
-    if (l->pdf > 0 && !t->by_chance) ASSERT_CLOSE(l->weight * l->pdf, 1, 1e-12, 0);
+    check_density(t, l, s);
     bool part = made_of(r, "partial_mirror") && !t->by_chance;
     if (!part && !made_of(r, "lambert")) return;
     for (int c = 0; c < 3; c++) {
@@ -266,9 +287,9 @@ static void showcase(void **state) {
     }
     globfree(&scenes);
     printf("%zu rays, %zu lights of which %zu blocked; %zu surfaces conserve, "
-           "%zu split, %zu are lit\n",
-           s.rays, s.lights, s.blocked, s.conserving, s.splits, s.lit);
-    assert_true(s.blocked > 0 && s.conserving > 0 && s.splits > 0 && s.lit > 0);
+           "%zu split, %zu are lit, %zu by a light that was chosen\n",
+           s.rays, s.lights, s.blocked, s.conserving, s.splits, s.lit, s.chosen);
+    assert_true(s.blocked > 0 && s.conserving > 0 && s.splits > 0 && s.lit > 0 && s.chosen > 0);
 }
 
 enum { LEVELS = 6 };

@@ -48,6 +48,7 @@ static json_t *json_light(const explained *e, const snell_explained_light *l) {
     if (l->source == SNELL_SOURCE_LIGHT) {
         json_object_set_new(object, "direction", json_vector(l->direction));
         json_object_set_new(object, "distance", json_distance(l->distance));
+        set_real(object, "choice", l->choice);
         set_real(object, "pdf", l->pdf);
         set_real(object, "cosine", l->cosine);
         json_object_set_new(object, "bsdf", json_numbers(l->bsdf, 3));

@@ -92,6 +92,7 @@ static void print_asked(const printer *p, const snell_explained_light *l) {
     printf(", cos %.3g", l->cosine);
     if (l->weight != 1) printf(", weight %.3g", l->weight);
     if (l->pdf > 0) printf(" (pdf %.3g)", l->pdf);
+    if (l->choice < 1) printf(", chosen with %.3g", l->choice);
     if (!is_one(l->visibility)) print_factor("comes through", l->visibility);
 }
 

@@ -865,7 +865,9 @@ typedef struct snell_explained_light {
     snell_vec3 direction; /* of LIGHT: unit, to the light; 0: from everywhere */
     double distance;      /* metres, INFINITY: infinitely far */
     double incoming[3];   /* of LIGHT irradiance where pdf is 0, W/m^2; else radiance, W/(m^2 sr) */
-    double pdf;           /* density of the direction, 1/sr, 0: there was no choice */
+    double choice;        /* the chance with which path chose this light; 1: all were asked */
+    double pdf;           /* density of the direction, 1/sr, times choice; 0: the light is a point, a
+                             direction, or everywhere */
     double cosine;        /* of the light's angle to the shading normal; of what is not LIGHT 1 */
     double bsdf[3];       /* of the parts that lights light, 1/sr; of what is not LIGHT 1 */
     double weight; /* for the pdf, and of path what of it counts: multiple importance sampling */

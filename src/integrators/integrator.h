@@ -103,8 +103,9 @@ void emit_direct_light(wave *w, const path_ray *r, const shade_point *p, const b
  * shadow; none where the geometric and the shading side disagree about where it comes from. */
 void emit_light(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, lobe_set lobes,
                 const light_sample *sample, double weight, bool casts_shadow);
-/* Which light, or in `path` which source, the next emit_light is about: for the record. */
-void wave_ask(wave *w, uint32_t number);
+/* Which light, or in `path` which source, the next emit_light is about, and the chance with which it was chosen: for
+ * the record. */
+void wave_ask(wave *w, uint32_t number, double chance);
 /* Emission and ambient light of a hit. */
 void emit_own_light(wave *w, const path_ray *r, const bsdf *b);
 /* What a ray that leaves sees: lights, each weighted by `weight` (NULL: 1), or the background. */

@@ -67,7 +67,7 @@ static void sample_light(wave *w, const path_ray *r, const shade_point *p, const
             direction_pdf = bsdf_pdf(b, p->ns, p->wo, wi) * survive;
         weight = mis2(light_pdf, direction_pdf) / light_pdf;
     }
-    wave_ask(w, source);
+    wave_ask(w, source, chance);
     emit_light(w, r, p, b, LOBES_LIT, &found, weight, scene_source_casts_shadow(s, source));
 }
 

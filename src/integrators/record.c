@@ -208,6 +208,7 @@ static recorded_light *new_light(const wave *w, const path_ray *r, snell_light_s
     *made = (recorded_light){.said = {.ray = r->node,
                                       .source = source,
                                       .distance = INFINITY,
+                                      .choice = 1,
                                       .cosine = 1,
                                       .bsdf = {1, 1, 1},
                                       .weight = 1,
@@ -301,7 +302,8 @@ void record_asked(wave *w, const path_ray *r, const shade_point *p, const light_
     said->direction = vec3_from(wi);
     if (!sample->infinite) said->distance = dvec3_length(sample->to_light);
     put3(said->incoming, l);
-    said->pdf = sample->pdf;
+    if (w->asked_chance > 0) said->choice = w->asked_chance;
+    said->pdf = said->choice * sample->pdf;
     said->cosine = cosine;
     put3(said->bsdf, (dvec3){without(radiance.x, l.x * rest), without(radiance.y, l.y * rest),
                              without(radiance.z, l.z * rest)});

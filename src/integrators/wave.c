@@ -76,7 +76,11 @@ const scene *wave_scene(const wave *w) { return w->settings.scene; }
 uint32_t wave_max_depth(const wave *w) { return w->settings.max_depth; }
 dvec3 wave_eye(const wave *w) { return dvec3_from(w->settings.frame.position); }
 const media *wave_beyond(const wave *w) { return &w->beyond; }
-void wave_ask(wave *w, uint32_t number) { w->asked = number; }
+
+void wave_ask(wave *w, uint32_t number, double chance) {
+    w->asked = number;
+    w->asked_chance = chance;
+}
 
 sample2 wave_draw(const wave *w, const path_ray *r, sample_purpose purpose) {
     return sample_point(sample_stream(w->streams[r->pixel], r->code, purpose), r->sample);

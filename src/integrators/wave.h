@@ -37,6 +37,7 @@ struct wave {
     dvec3 origin[2];                           /* of rays that leave there, below and above, .. */
     bool has_origin[2];                        /* .. once one has; floats */
     uint32_t asked;                            /* the light that emit_light is about */
+    double asked_chance;                       /* of its choice; 0: there was none, all are asked */
     bool out_of_memory, stopped;
     bool (*go_on)(void *user, const wave_stats *stats);
     void *user;
