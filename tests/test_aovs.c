@@ -186,38 +186,45 @@ static snell_transform shift(double x, double y, double z) {
 /* A pixel of the plane z = 0, seen from 5 m, is so wide. */
 static double pixels_per_metre(uint32_t height) { return height / (2 * 5 * tan(0.6981317 / 2)); }
 
-static void film_moving(void) {
+static void film_moving(float close) {
     snell_render_desc desc = picture(SNELL_COOK, 33, 33, 1);
     snell_view view = look(v3(0, 0, 5), v3(0, 0, 0));
-    view.shutter = (snell_vec2){0, 1}; /* one frame of 24 */
+    view.shutter = (snell_vec2){0, close}; /* frames of 24 a second */
     desc.view = &view;
     desc.aov = "motion";
     MUST(snell_render(bench.scene, &desc, bench.film));
 }
 
-static void add_shutter(void) { /* what a commit keeps of motions is what cameras see */
+static void add_camera(void) { /* what rays see of motions is what cameras see: half a frame */
     snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
-    camera.shutter = (snell_vec2){0, 1};
     MUST(snell_scene_add_perspective_camera(bench.scene, &camera, NULL));
+}
+
+/* Metres until the next frame, however long the shutter is open; within so many, since what turns or stretches moves
+ * differently where the pixel's sample is. */
+static void check_motion(double x, double y, double within) {
+    for (int i = 0; i < 3; i++) {
+        film_moving(0.25f * (float)i);
+        ASSERT_CLOSE(value("motion", 16, 16, 0) / pixels_per_metre(33), x, 0, within);
+        ASSERT_CLOSE(value("motion", 16, 16, 1) / pixels_per_metre(33), -y, 0, within);
+    }
 }
 
 static void test_motion_of_instances(void **state) {
     (void)state;
-    add_shutter();
+    add_camera();
     snell_instance_id card =
         add_quad(&bench, v3(-4, -4, 0), v3(8, 0, 0), v3(0, 8, 0), add_lambert(&bench, grey(0.5)));
     const snell_motion_key keys[] = {{0, shift(0, 0, 0)}, {1.0f / 24, shift(0.5, 0.25, 0)}};
     MUST(snell_scene_set_instance_motion(bench.scene, card, keys, 2));
     MUST(snell_scene_commit(bench.scene, NULL, NULL));
-    film_moving();
-    ASSERT_CLOSE(value("motion", 16, 16, 0), 0.5 * pixels_per_metre(33), 1e-4, 0);
-    ASSERT_CLOSE(value("motion", 16, 16, 1), -0.25 * pixels_per_metre(33), 1e-4, 0);
+    check_motion(0.5, 0.25, 1e-5);
 }
 
 /* In a group that moves too: both add up. */
 static void test_motion_of_groups(void **state) {
     (void)state;
-    add_shutter();
+    add_camera();
     snell_shape_id group;
     snell_instance_id card = add_quad(&bench, v3(-4, -4, 0), v3(8, 0, 0), v3(0, 8, 0),
                                       add_lambert(&bench, grey(0.5))),
@@ -229,32 +236,84 @@ static void test_motion_of_groups(void **state) {
     MUST(snell_scene_add_instance(bench.scene, group, (snell_material_id){0, 0}, NULL, &whole));
     MUST(snell_scene_set_instance_motion(bench.scene, whole, outer, 2));
     MUST(snell_scene_commit(bench.scene, NULL, NULL));
-    film_moving();
-    ASSERT_CLOSE(value("motion", 16, 16, 0), 0.75 * pixels_per_metre(33), 1e-4, 0);
-    ASSERT_CLOSE(value("motion", 16, 16, 1), -0.5 * pixels_per_metre(33), 1e-4, 0);
+    check_motion(0.75, 0.5, 1e-5);
 }
 
-/* A mesh whose right edge alone moves: its middle goes half as far. */
+/* A mesh whose right edge alone moves: its middle goes half as far. The key at the next frame is none that the
+ * shutter needs. */
 static void test_motion_of_vertices(void **state) {
     (void)state;
-    add_shutter();
-    static const snell_vec3 positions[] = {{-4, -4, 0}, {4, -4, 0}, {4, 4, 0}, {-4, 4, 0},
-                                           {-4, -4, 0}, {5, -4, 0}, {5, 4, 0}, {-4, 4, 0}};
+    add_camera();
+    static const snell_vec3 positions[] = {{-4, -4, 0}, {4, -4, 0},    {4, 4, 0},    {-4, 4, 0},
+                                           {-4, -4, 0}, {4.5f, -4, 0}, {4.5f, 4, 0}, {-4, 4, 0},
+                                           {-4, -4, 0}, {5, -4, 0},    {5, 4, 0},    {-4, 4, 0}};
     static const uint32_t indices[] = {0, 1, 2, 0, 2, 3};
-    static const float times[] = {0, 1.0f / 24};
+    static const float times[] = {0, 0.5f / 24, 1.0f / 24};
     snell_mesh_desc desc = SNELL_INIT(mesh_desc);
-    desc.positions = positions, desc.positions_count = 8;
+    desc.positions = positions, desc.positions_count = 12;
     desc.indices = indices, desc.indices_count = 6;
-    desc.key_times = times, desc.key_times_count = 2;
+    desc.key_times = times, desc.key_times_count = 3;
     snell_shape_id mesh;
     MUST(snell_scene_add_mesh(bench.scene, &desc, &mesh));
     place(&bench, mesh, add_lambert(&bench, grey(0.5)));
     MUST(snell_scene_commit(bench.scene, NULL, NULL));
-    film_moving();
-    /* The point at the pixel when the sample was taken is somewhat left of the middle when it began. */
-    double moved = value("motion", 16, 16, 0) / pixels_per_metre(33);
-    assert_true(moved > 0.43 && moved < 0.5);
-    ASSERT_CLOSE(value("motion", 16, 16, 1), 0, 0, 1e-4);
+    check_motion(0.5, 0, 0.04);
+}
+
+/* A camera that goes right sees all go left. */
+static void test_motion_of_cameras(void **state) {
+    (void)state;
+    const snell_motion_key keys[] = {{0, shift(0, 0, 0)}, {1.0f / 24, shift(0.5, 0, 0)}};
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    snell_render_desc desc = picture(SNELL_COOK, 33, 33, 1);
+    camera.from = v3(0, 0, 5);
+    camera.shutter = (snell_vec2){0, 0};
+    camera.motion = keys, camera.motion_count = 2;
+    desc.aov = "motion";
+    MUST(snell_scene_add_perspective_camera(bench.scene, &camera, NULL));
+    add_quad(&bench, v3(-4, -4, 0), v3(8, 0, 0), v3(0, 8, 0), add_lambert(&bench, grey(0.5)));
+    MUST(snell_scene_commit(bench.scene, NULL, NULL));
+    MUST(snell_render(bench.scene, &desc, bench.film));
+    double wide = 33 / (2 * 5 * tan((double)camera.fov / 2));
+    ASSERT_CLOSE(value("motion", 16, 16, 0), -0.5 * wide, 1e-4, 0);
+    ASSERT_CLOSE(value("motion", 16, 16, 1), 0, 0, 1e-5);
+}
+
+/* Functions of time, in one another: asked about the next frame only where somebody wants to know, and no ray sees
+ * that they were. */
+static void test_motion_of_functions(void **state) {
+    (void)state;
+    static const char program[] =
+        "animation { fps = 24 }\n"
+        "camera { from = {0, 0, 5}, at = {0, 0, 0} }\n"
+        "ambient { color = 1 }\n"
+        "local function right(t) return transform.translate {12 * t, 0, 0} end\n"
+        "local function turn(t) return transform.rotate { axis = {0, 0, 1}, angle = 240 * t } end\n"
+        "group { motion = right, group { motion = turn,\n"
+        "  quad { corner = {-4, -4, 0}, u = {8, 0, 0}, v = {0, 8, 0},\n"
+        "         material = material.lambert { color = .5 } } } }\n";
+    static float seen[33 * 33 * 3];
+    char path[] = "/tmp/snell-test-XXXXXX";
+    int file = mkstemp(path);
+    assert_true(file >= 0);
+    assert_int_equal(write(file, program, sizeof program - 1), sizeof program - 1);
+    close(file);
+    for (int asked = 0; asked < 2; asked++) {
+        rig_clear(&bench);
+        snell_load_desc desc = SNELL_INIT(load_desc);
+        desc.format = "lua";
+        desc.next_frame = asked;
+        MUST(snell_scene_load(bench.scene, path, &desc));
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        if (asked) check_motion(0.5, 0, 0.04);
+        film_moving(0.5f);
+        uint32_t width, height, channels;
+        const float *pixels = snell_film_pixels(bench.film, &width, &height, &channels);
+        assert_int_equal(width * height * channels, 33 * 33 * 3);
+        if (asked) assert_memory_equal(pixels, seen, sizeof seen);
+        memcpy(seen, pixels, sizeof seen);
+    }
+    unlink(path);
 }
 
 /* ---- light ---- */
@@ -967,6 +1026,8 @@ int main(void) {
         cmocka_unit_test_setup(test_motion_of_instances, fresh),
         cmocka_unit_test_setup(test_motion_of_groups, fresh),
         cmocka_unit_test_setup(test_motion_of_vertices, fresh),
+        cmocka_unit_test_setup(test_motion_of_cameras, fresh),
+        cmocka_unit_test_setup(test_motion_of_functions, fresh),
         cmocka_unit_test_setup(test_light_adds_up, fresh),
         cmocka_unit_test_setup(test_many_lights, fresh),
         cmocka_unit_test_setup(test_layers_add_up, fresh),

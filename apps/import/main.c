@@ -72,6 +72,7 @@ static bool parse(int count, char **arguments, request *out) {
         if (strcmp(name, PROTOCOL_UP) == 0) out->import.up = value;
         if (strcmp(name, PROTOCOL_LAYER) == 0) out->import.layer = value;
         if (strcmp(name, PROTOCOL_PROGRAMS) == 0) out->import.allow_programs = value[0] == '1';
+        if (strcmp(name, PROTOCOL_NEXT) == 0) out->import.next_frame = value[0] == '1';
         if (strcmp(name, PROTOCOL_FRAME) == 0)
             out->import.frame = (uint32_t)strtoul(value, NULL, 10);
         if (strcmp(name, PROTOCOL_MEMORY) == 0) out->import.memory_max = strtoull(value, NULL, 10);

@@ -197,6 +197,8 @@ typedef struct snell_load_desc {
     uint32_t frame;      /* which frame of an animation, 1 to 1000000; 0: a scene's first, a model
                             file at rest */
     bool allow_programs; /* run .lua; default true */
+    bool next_frame;     /* functions of time are asked about the next frame too, for the AOV motion, as
+                            they are where render{} asks for that; default false */
     /* Files are read by the sandboxed program snell-import, started with posix_spawn; default true.
      * false: only snell_scene_add_* and compiled scenes. */
     bool allow_helper;

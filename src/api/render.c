@@ -285,7 +285,7 @@ snell_status prepare_render(const snell_scene *s, const snell_render_desc *r,
     const camera_type *camera = NULL;
     const void *camera_desc = NULL;
     perspective_desc by_value;
-    *out = (prepared_render){.moved = {NULL, 0}};
+    *out = (prepared_render){.moved = {0}};
     snell_status status = check_render(r);
     if (!status) status = find_integrator(r->integrator, &policy);
     if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
@@ -344,7 +344,7 @@ static snell_status project(const snell_scene *s, const snell_render_desc *r,
     perspective_desc by_value;
     camera_frame frame;
     double times[2];
-    motion moved = {NULL, 0};
+    motion moved = {0};
     snell_status status = check_render(r);
     if (!status) status = choose_camera(s, r, &by_value, &camera, &camera_desc);
     if (!status) status = open_shutter(s, camera_desc, times, &moved);

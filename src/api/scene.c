@@ -138,6 +138,7 @@ snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load
                                          .up = desc->up,
                                          .allow_programs = desc->allow_programs,
                                          .frame = desc->frame,
+                                         .next_frame = desc->next_frame,
                                          .memory_max = desc->memory_max},
                               .format = desc->format,
                               .time_max = desc->time_max,

@@ -56,11 +56,11 @@ bool camera_ray(const camera_type *type, const camera_frame *frame, const camera
     return true;
 }
 
-/* From the origin, in the camera's own space. false: it has no size. */
-static bool to_own_space(const camera_frame *frame, float time, dvec3 p, dvec3 *v) {
-    if (frame->motion) {
-        transform at = motion_transform(frame->motion, time), back;
-        if (!transform_inverse(&at, &back)) return false;
+/* From the origin, in the camera's own space, which is at `at` (NULL: it stands still). false: it has no size. */
+static bool to_own_space(const camera_frame *frame, const transform *at, dvec3 p, dvec3 *v) {
+    transform back;
+    if (at) {
+        if (!transform_inverse(at, &back)) return false;
         p = transform_point(&back, p);
     }
     *v = dvec3_sub(p, dvec3_from(frame->origin));
@@ -70,11 +70,15 @@ static bool to_own_space(const camera_frame *frame, float time, dvec3 p, dvec3 *
 bool camera_project(const camera_type *type, const camera_frame *frame, float time, dvec3 p,
                     double *x, double *y) {
     dvec3 v;
-    return to_own_space(frame, time, p, &v) && type->project(frame, v, x, y);
+    transform at;
+    if (frame->motion) at = motion_by_keys(frame->motion, time);
+    return to_own_space(frame, frame->motion ? &at : NULL, p, &v) && type->project(frame, v, x, y);
 }
 
 double camera_depth(const camera_type *type, const camera_frame *frame, float time, dvec3 p) {
     dvec3 v;
-    if (!to_own_space(frame, time, p, &v)) return 0;
+    transform at;
+    if (frame->motion) at = motion_transform(frame->motion, time);
+    if (!to_own_space(frame, frame->motion ? &at : NULL, p, &v)) return 0;
     return type->has_plane ? dvec3_dot(v, frame->forward) : dvec3_length(v);
 }

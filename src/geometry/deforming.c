@@ -37,6 +37,16 @@ deforming_mesh *deforming_create(const mesh_desc *mesh, double open, double clos
     return m;
 }
 
+deforming_mesh deforming_whole(const deforming_mesh *m) {
+    deforming_mesh whole = *m;
+    size_t before = (size_t)(m->times - m->mesh.key_times) * m->mesh.positions_count;
+    whole.mesh.positions -= before;
+    if (m->mesh.normals_count) whole.mesh.normals -= before;
+    whole.times = m->mesh.key_times;
+    whole.key_count = (uint32_t)m->mesh.key_times_count;
+    return whole;
+}
+
 deforming_time deforming_find(const deforming_mesh *m, float time) {
     uint32_t low = 0, high = m->key_count - 1; /* the last key that is not after the time, or 0 */
     while (low < high) {

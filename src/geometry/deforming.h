@@ -31,6 +31,8 @@ extern const primitive_type primitive_deforming;
  * another time may follow. -INFINITY, INFINITY: all keys. NULL: out of memory; to be freed. */
 deforming_mesh *deforming_create(const mesh_desc *mesh, double open, double close);
 uint32_t deforming_count_keys(const mesh_desc *mesh, double open, double close);
+/* The same with all its keys in use. */
+deforming_mesh deforming_whole(const deforming_mesh *m);
 deforming_time deforming_find(const deforming_mesh *m, float time);
 /* Positions at a key, of those in use. */
 static inline const vec3 *deforming_positions(const deforming_mesh *m, uint32_t key) {

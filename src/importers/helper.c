@@ -192,11 +192,15 @@ static const char **make_arguments(const running *r, const helper_options *optio
     snprintf(numbers[0], 32, "%llu", (unsigned long long)r->memory_max);
     snprintf(numbers[1], 32, "%.0f", r->time_max);
     snprintf(numbers[2], 32, "%u", import->frame);
-    const char *pairs[][2] = {
-        {PROTOCOL_FILE, r->path},           {PROTOCOL_MEMORY, numbers[0]},
-        {PROTOCOL_TIME, numbers[1]},        {PROTOCOL_PROGRAMS, import->allow_programs ? "1" : "0"},
-        {PROTOCOL_FORMAT, options->format}, {PROTOCOL_UP, import->up},
-        {PROTOCOL_FRAME, numbers[2]},       {PROTOCOL_LAYER, import->layer}};
+    const char *pairs[][2] = {{PROTOCOL_FILE, r->path},
+                              {PROTOCOL_MEMORY, numbers[0]},
+                              {PROTOCOL_TIME, numbers[1]},
+                              {PROTOCOL_PROGRAMS, import->allow_programs ? "1" : "0"},
+                              {PROTOCOL_FORMAT, options->format},
+                              {PROTOCOL_UP, import->up},
+                              {PROTOCOL_FRAME, numbers[2]},
+                              {PROTOCOL_LAYER, import->layer},
+                              {PROTOCOL_NEXT, import->next_frame ? "1" : NULL}};
     size_t count = 0;
     list[count++] = "snell-import";
     for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {

@@ -15,6 +15,7 @@ typedef struct import_options {
     const char *format;  /* set by import_file: the format that was asked for; NULL: by content */
     const char *layer;   /* of a picture, "" its colours: no scene is read; NULL: a scene */
     bool allow_programs; /* run Lua */
+    bool next_frame;     /* what is a function of time is also asked about the next frame */
     uint32_t frame;      /* of an animation; 0: its first; of a model file: at rest */
     /* Set by a scene program that reads a model: the model is a part of it, which has a clock of its
      * own and takes no params. fps 0: 24; animation: name, number or "all"; NULL: the first. */

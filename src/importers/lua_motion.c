@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 #include "cameras/camera.h"
+#include "image/aov.h"
 #include "scene/settings.h"
 
 /* An included program does not know its cameras yet: a frame before to a frame after, more finely. */
@@ -24,6 +25,14 @@ static const animation_desc *find_clock(const lua_scene *s) {
 }
 
 /* The frame's own time and the length of a frame, in seconds. */
+static bool wants_next_frame(const lua_scene *s) {
+    const object *said = description_setting(s->d, "render");
+    aov_set aovs;
+    if (s->options->next_frame) return true;
+    if (said == NULL || aov_parse(((const render_desc *)said->desc)->aov, &aovs)) return false;
+    return aov_has(aovs, AOV_motion);
+}
+
 static void clock_of(const lua_scene *s, double *start, double *frame) {
     animation_desc usual;
     const animation_desc *clock = find_clock(s);
@@ -188,13 +197,13 @@ static placement call(lua_State *L, const char *label, double time) {
 
 static double mix(double a, double b, double s) { return a + (b - a) * s; }
 
-/* Pushes keys of the function on the top. */
-static motion_key *sample(lua_State *L, const char *label, const double window[2], int pieces,
-                          size_t *count) {
-    motion_key *keys = lua_newuserdatauv(L, ((size_t)pieces + 1) * sizeof *keys, 0);
+/* Pushes keys of the function on the top: of a window, and of the moment `next` where that comes after it. */
+static motion_key *sample(lua_State *L, const char *label, const double window[2], double next,
+                          int pieces, size_t *count) {
+    motion_key *keys = lua_newuserdatauv(L, ((size_t)pieces + 2) * sizeof *keys, 0);
     *count = 0;
-    for (int i = 0; i <= pieces; i++) {
-        double time = mix(window[0], window[1], (double)i / pieces);
+    for (int i = 0; i <= pieces + (next > window[1]); i++) {
+        double time = i > pieces ? next : mix(window[0], window[1], (double)i / pieces);
         lua_pushvalue(L, -2);
         placement p = call(L, label, time);
         lua_pop(L, 1);
@@ -221,7 +230,8 @@ void motion_read_keys(lua_State *L, const char *label, const field *f, snell_par
             }
         lua_pop(L, 1);
         for (int i = 0; i < 2; i++) window[i] = start + window[i] * frame;
-        keys = sample(L, label, window, PIECES, &count);
+        double next = wants_next_frame(scene_of(L)) ? window[0] + frame : window[0];
+        keys = sample(L, label, window, next, PIECES, &count);
     } else {
         if (!lua_istable(L, -1))
             scene_fail(L, SNELL_ERR_SYNTAX, NULL,
@@ -286,13 +296,14 @@ uint32_t motion_read(lua_State *L, const char *label) {
     return made;
 }
 
-/* When somebody may look, in seconds; returns into how many pieces it is cut. */
-static int find_window(const lua_scene *s, double window[2]) {
-    double start, frame, open = 0, close = 0.5;
+/* When somebody may look, in seconds, and where the next frame counts, a frame after a shutter opens; returns into
+ * how many pieces the window is cut. */
+static int find_window(const lua_scene *s, double window[2], double *next) {
+    double start, frame, open = 0, close = 0.5, last = 0;
     clock_of(s, &start, &frame);
     if (s->parent) {
         window[0] = start - frame;
-        window[1] = start + frame;
+        window[1] = *next = start + frame;
         return PIECES_UNKNOWN;
     }
     const object_list *cameras = &s->d->objects[CATEGORY_CAMERA];
@@ -300,22 +311,24 @@ static int find_window(const lua_scene *s, double window[2]) {
         const camera_common *c = cameras->items[i].desc;
         open = double_min(open, (double)c->shutter.x);
         close = double_max(close, (double)c->shutter.y);
+        last = double_max(last, (double)c->shutter.x);
     }
     window[0] = start + open * frame;
     window[1] = start + close * frame;
+    *next = wants_next_frame(s) ? start + (last + 1) * frame : window[1];
     return PIECES;
 }
 
 void motion_sample_functions(lua_State *L) {
     lua_scene *s = scene_of(L);
-    double window[2];
-    int pieces = find_window(s, window);
+    double window[2], next;
+    int pieces = find_window(s, window, &next);
     for (size_t i = 0; i < s->motion_count; i++) { /* a function may add more */
         if (s->motions[i].function == LUA_NOREF) continue;
         const char *label = lua_pushfstring(L, "line %d", (int)s->motions[i].line);
         lua_rawgeti(L, LUA_REGISTRYINDEX, s->motions[i].function);
         size_t count;
-        const motion_key *keys = sample(L, label, window, pieces, &count);
+        const motion_key *keys = sample(L, label, window, next, pieces, &count);
         motion_key *kept = memory_resize(NULL, count, sizeof *kept);
         if (kept == NULL) scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
         memcpy(kept, keys, count * sizeof *kept);
@@ -337,9 +350,9 @@ static int compare_times(const void *a, const void *b) {
 /* The moments at which a chain of motions is written down: a part of each turn, and every key. */
 static float *chain_times(lua_State *L, const uint32_t *path, size_t depth, size_t *count) {
     lua_scene *s = scene_of(L);
-    double window[2];
-    int pieces = find_window(s, window);
-    size_t room = (size_t)pieces + 1, used = 0;
+    double window[2], next;
+    int pieces = find_window(s, window, &next);
+    size_t room = (size_t)pieces + 2, used = 0;
     for (size_t k = 0; k < depth; k++) {
         uint32_t m = s->nodes[path[k]].motion;
         if (m) room += s->motions[m - 1].count;
@@ -350,11 +363,13 @@ static float *chain_times(lua_State *L, const uint32_t *path, size_t depth, size
     float *times = lua_newuserdatauv(L, room * sizeof *times, 0);
     for (int i = 0; i <= pieces; i++)
         times[used++] = (float)mix(window[0], window[1], (double)i / pieces);
+    if (next > window[1]) times[used++] = (float)next;
+    float end = times[used - 1];
     for (size_t k = 0; k < depth; k++) {
         uint32_t m = s->nodes[path[k]].motion;
         for (size_t i = 0; m && i < s->motions[m - 1].count; i++) {
             float time = s->motions[m - 1].keys[i].time;
-            if (time > times[0] && time < times[pieces]) times[used++] = time;
+            if (time > times[0] && time < end) times[used++] = time;
         }
     }
     qsort(times, used, sizeof *times, compare_times);

@@ -317,12 +317,13 @@ static void add_matte(aov_block *b, int which, uint32_t pixel, uint32_t id, doub
     fixed_add(&list->items[low].coverage, fixed_from(coverage, &b->overflows), &b->overflows);
 }
 
-/* Where the point is in the picture when the shutter closes, from where it is when that opens. */
+/* Where the point is in the picture a frame after the shutter opens, from where it is when that does. */
 static void find_motion(const wave *w, const path_ray *r, const hit *h, double out[2]) {
     const wave_settings *s = &w->settings;
     out[0] = out[1] = 0;
-    if (!(s->shutter_close > s->shutter_open)) return;
-    const float times[2] = {(float)s->shutter_open, (float)s->shutter_close};
+    if (!s->scene->changes && s->frame.motion == NULL) return;
+    const float times[2] = {(float)s->shutter_open,
+                            (float)(s->shutter_open + s->scene->frame_length)};
     double x[2], y[2];
     for (int i = 0; i < 2; i++) {
         dvec3 p = scene_hit_moved(s->scene, &r->ray, h, times[i]);

@@ -285,7 +285,7 @@ snell_status motion_prepare(const motion_key *keys, size_t count, double open, d
     double first = (double)keys[0].time, last = (double)keys[count - 1].time;
     double low = double_min(double_max(open, first), last),
            high = double_max(double_min(close, last), first);
-    *out = (motion){NULL, 0};
+    *out = (motion){.keys = keys, .key_count = count};
     snell_status status = append_steps(keys, count, low, high, out);
     if (status) {
         motion_free(out);
@@ -303,7 +303,7 @@ snell_status motion_prepare(const motion_key *keys, size_t count, double open, d
 
 void motion_free(motion *m) {
     free(m->steps);
-    *m = (motion){NULL, 0};
+    *m = (motion){0};
 }
 
 transform motion_transform(const motion *m, float time) {
@@ -312,6 +312,15 @@ transform motion_transform(const motion *m, float time) {
     if (at + 1 == m->count || !(time > from->time)) return from->transform;
     double s = ((double)time - (double)from->time) / ((double)from[1].time - (double)from->time);
     return transform_between(from, from + 1, s);
+}
+
+transform motion_by_keys(const motion *m, float time) {
+    double at[3][4];
+    transform t;
+    motion_interpolate(m->keys, m->key_count, (double)time, at);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 4; j++) t.m[i][j] = (float)at[i][j];
+    return t;
 }
 
 bool motion_at(const motion *m, float time, transform *to_world, transform *to_local) {

@@ -112,6 +112,7 @@ static snell_status place(const freezing *f, uint32_t id, scene_instance *at) {
     if (f->motion_of[id] != NO_ID) {
         const motion *m = &f->s->motions[f->motion_of[id]];
         at->to_world = m->steps[0].transform;
+        at->motion = m;
         if (m->count > 1) at->moves = m; /* else it stands still while anyone looks */
     }
     at->identity = at->moves == NULL && transform_is_identity(&at->to_world);

@@ -153,16 +153,21 @@ snell_status scene_each_shape(const scene *s, bool (*is_wanted)(const scene_inst
     return each_part(s, 0, s->instance_count, 0, is_wanted, fn, user);
 }
 
-/* The surface of a hit in the shape's own space, as it is at a time: of what deforms, the same place
- * of the same triangle. */
+/* The surface of a hit in the shape's own space, as it is at a time, whether or not a shutter is open: of what
+ * deforms, the same place of the same triangle. */
 static const scene_instance *local_surface(const scene *s, const ray *r, const hit *h, float time,
                                            surface *out) {
     shape_path path;
-    deforming_mesh room;
+    deforming_mesh whole, room;
     scene_find_path(s, h->instance, r->time, &path);
     const scene_instance *at = path.levels[path.count - 1];
     local_ray beam = shape_path_ray(&path, r);
-    at->type->surface(deforming_pose(at->type, at->shape, time, &room), &beam, h, out);
+    const void *shape = at->shape;
+    if (at->type == &primitive_deforming) {
+        whole = deforming_whole(at->shape);
+        shape = &whole;
+    }
+    at->type->surface(deforming_pose(at->type, shape, time, &room), &beam, h, out);
     return at;
 }
 
@@ -179,8 +184,10 @@ dvec3 scene_hit_moved(const scene *s, const ray *r, const hit *h, float time) {
     shape_path path;
     local_surface(s, r, h, time, &on);
     scene_find_path(s, h->instance, time, &path);
-    for (uint32_t i = path.count; i-- > 0;)
-        if (path.levels[i]->moves || !path.levels[i]->identity)
-            on.p = transform_point(&path.to_world[i], on.p);
+    for (uint32_t i = path.count; i-- > 0;) {
+        const motion *moves = path.levels[i]->motion;
+        if (moves) path.to_world[i] = motion_by_keys(moves, time);
+        if (moves || !path.levels[i]->identity) on.p = transform_point(&path.to_world[i], on.p);
+    }
     return on.p;
 }

@@ -214,11 +214,15 @@ uint32_t instance_slot(const scene_instance *at, uint32_t slot) {
     return mesh->material_slots_count ? mesh->materials[slot].index1 - 1 : at->material;
 }
 
-void scene_shutter(const description *d, const camera_common *camera, double out[2]) {
+static animation_desc clock_of(const description *d) {
     animation_desc clock;
     desc_init(&setting_animation, &clock);
     const object *said = description_setting(d, "animation");
-    if (said) clock = *(const animation_desc *)said->desc;
+    return said ? *(const animation_desc *)said->desc : clock;
+}
+
+void scene_shutter(const description *d, const camera_common *camera, double out[2]) {
+    animation_desc clock = clock_of(d);
     double start = clock.frame - 1, fps = (double)clock.fps;
     out[0] = (start + (double)camera->shutter.x) / fps;
     out[1] = (start + (double)camera->shutter.y) / fps;
@@ -247,6 +251,7 @@ static snell_status freeze_clock(scene *s, const description *d) {
     scene_visible_time(d, times);
     s->time_open = times[0];
     s->time_close = times[1];
+    s->frame_length = 1 / (double)clock_of(d).fps;
     for (size_t i = 0; i < cameras->count; i++) {
         const camera_common *camera = cameras->items[i].desc;
         motion unused;

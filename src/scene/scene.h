@@ -33,7 +33,8 @@ typedef struct scene_instance {
     uint32_t material; /* index into materials; slots of a mesh or a solid choose others */
     bool identity;
     transform to_world, to_local; /* where it moves: at the first of its steps */
-    const motion *moves;          /* NULL: it stands still */
+    const motion *moves;          /* NULL: it stands still while a shutter is open */
+    const motion *motion;         /* NULL: it never moves */
     bool has_medium;
     medium inside;            /* of its dielectric: what has several, the first one's */
     uint32_t medium_material; /* which that is */
@@ -113,6 +114,7 @@ typedef struct scene {
     bool changes; /* something moves or deforms */
     /* What the motions were clipped to, seconds; -INFINITY, INFINITY without a camera. */
     double time_open, time_close;
+    double frame_length; /* of the animation, seconds */
     accel *accel;
     bounds3 bounds; /* without planes */
     dvec3 background, background_top, ambient;
@@ -222,7 +224,7 @@ void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d
  * grained; after the footprint. */
 void scene_bend_normal(const scene *s, shade_point *point);
 /* Of a hit: its texture coordinates; and where its point of the surface is at another time, in the
- * world (what moves is known while a camera's shutter is open). Slower than what rays need. */
+ * world, whether or not a shutter is open then. Slower than what rays need. */
 void scene_hit_uv(const scene *s, const ray *r, const hit *h, double uv[2]);
 dvec3 scene_hit_moved(const scene *s, const ray *r, const hit *h, float time);
 /* A ray from the point into direction d (any length), on the side of n that d points to. */
