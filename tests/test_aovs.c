@@ -419,7 +419,14 @@ static void test_light_adds_up(void **state) {
         }
 }
 
-/* More lights than layers: nothing is lost, and a warning says so. */
+static char warning[512];
+
+static void keep_warning(void *user, const snell_message *message) {
+    (void)user;
+    if (message->severity == SNELL_WARNING) snprintf(warning, sizeof warning, "%s", message->text);
+}
+
+/* More lights than layers: nothing is lost, and a warning names those that share one. */
 static void test_many_lights(void **state) {
     (void)state;
     build_ball_and_wall();
@@ -431,7 +438,14 @@ static void test_many_lights(void **state) {
     desc.view = &view;
     desc.aov = "emission,direct,indirect,light,reflection,refraction";
     adds_up_exactly(&desc);
+    log_sink usual = bench.context->log;
+    bench.context->log = (log_sink){keep_warning, NULL};
+    warning[0] = '\0';
     MUST(snell_render(bench.scene, &desc, bench.film));
+    bench.context->log = usual;
+    assert_string_equal(warning, "64 lights have layers of their own, 8 more share light.other: "
+                                 "point #65, point #66, point #67, point #68, point #69, "
+                                 "point #70, point #71, background");
     snell_aov aov;
     uint32_t count = 0;
     while (snell_film_aov(bench.film, count, &aov)) count++;

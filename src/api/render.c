@@ -308,10 +308,13 @@ static snell_status render(const snell_scene *s, const snell_render_desc *r, sne
         prepared_render_free(&prepared);
         return status;
     }
-    if (plan && aov_plan_is_crowded(plan))
+    const char *joined = "";
+    uint32_t joined_count = plan ? aov_plan_joined(plan, &joined) : 0;
+    if (joined_count > 0)
         log_write(&s->context->log, SNELL_WARNING, (source_place){0},
-                  "lights of one name share a layer",
-                  "there are more lights than layers: some are in light.other");
+                  "give lights that may share a layer one name",
+                  "%d lights have layers of their own, %u more share light.other: %s",
+                  LIGHT_LAYERS_MAX, joined_count, joined);
     prepared.options.wave.aovs = plan;
     keep_look(s, out);
     status = render_film(&prepared.options, s->context->pool, &out->film, &out->stats);

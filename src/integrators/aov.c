@@ -23,7 +23,8 @@ struct aov_plan {
     uint32_t light_count;
     uint32_t *registry, *surfaces; /* layers of s->lights and of s->surface_lights */
     uint32_t places[PLACE_COUNT];
-    bool crowded;
+    uint32_t joined;        /* lights without a layer of their own, .. */
+    char joined_names[240]; /* .. and the first of their names */
     /* Cryptomatte's ids, by part of the scene and by material; and what they stand for. */
     uint32_t *ids[MATTES];
     char *manifests[MATTES];
@@ -33,6 +34,18 @@ static bool wants(const aov_plan *p, aov_id id) { return aov_has(p->wanted, id);
 
 /* ---- lights ---- */
 
+/* One more light that has only light.other. Names end with " .." where they are not all. */
+static void join(aov_plan *p, const char *label) {
+    size_t used = strlen(p->joined_names), room = sizeof p->joined_names - used,
+           length = strlen(label);
+    p->joined++;
+    if (used > 2 && strcmp(p->joined_names + used - 3, " ..") == 0) return;
+    if (length + sizeof ", .." > room - 3)
+        snprintf(p->joined_names + used, room, " ..");
+    else
+        snprintf(p->joined_names + used, room, "%s%s", used > 0 ? ", " : "", label);
+}
+
 /* The layer of this name; made if there is room. */
 static uint32_t light_layer(aov_plan *p, const char *label) {
     char name[LABEL_MAX];
@@ -40,7 +53,7 @@ static uint32_t light_layer(aov_plan *p, const char *label) {
     for (uint32_t i = 0; i < p->light_count; i++)
         if (strcmp(p->light_names[i], name) == 0) return i;
     if (p->light_count >= LIGHT_LAYERS_MAX && strcmp(label, "other") != 0) {
-        p->crowded = true;
+        join(p, label);
         return light_layer(p, "other");
     }
     memcpy(p->light_names[p->light_count], name, sizeof name);
@@ -84,7 +97,7 @@ static snell_status plan_lights(aov_plan *p, const description *d) {
     if (sky) p->places[PLACE_BACKGROUND] = light_layer(p, "background");
     bool ambient = dvec3_largest(s->ambient) > 0 && !p->settings->integrator->one_branch;
     if (ambient) p->places[PLACE_AMBIENT] = light_layer(p, "ambient");
-    if (p->crowded || has_other_emission(s) || p->light_count == 0)
+    if (p->joined > 0 || has_other_emission(s) || p->light_count == 0)
         p->places[PLACE_OTHER] = light_layer(p, "other");
     return SNELL_OK;
 }
@@ -201,7 +214,10 @@ void aov_plan_destroy(aov_plan *p) {
     free(p);
 }
 
-bool aov_plan_is_crowded(const aov_plan *p) { return p->crowded; }
+uint32_t aov_plan_joined(const aov_plan *p, const char **names) {
+    *names = p->joined_names;
+    return p->joined;
+}
 
 snell_status aov_plan_add_layers(const aov_plan *p, film *f) {
     snell_status status = SNELL_OK;
@@ -243,7 +259,8 @@ struct aov_block {
     float numbers[NUMBERS][PIXELS];
     matte_list mattes[MATTES][PIXELS];
     uint64_t rays[PIXELS];
-    sky_share shares[LIGHT_LAYERS_MAX]; /* of the ray that leaves */
+    sky_share
+        shares[LIGHT_LAYERS_MAX + PLACE_COUNT]; /* of the ray that leaves, one for each layer */
     uint32_t share_count;
     uint64_t overflows; /* the film counts those of light */
     bool no_memory;
@@ -448,9 +465,12 @@ void aov_surface(wave *w, const path_ray *r, dvec3 radiance, dvec3 ambient) {
 
 void aov_sky_share(wave *w, uint32_t number, dvec3 radiance) {
     aov_block *b = w->aovs;
-    if (!wants(b->plan, AOV_light) || b->share_count == LIGHT_LAYERS_MAX) return;
-    b->shares[b->share_count++] = (sky_share){
-        number == NO_ID ? b->plan->places[PLACE_BACKGROUND] : b->plan->registry[number], radiance};
+    if (!wants(b->plan, AOV_light)) return;
+    uint32_t i = 0, layer = number == NO_ID ? b->plan->places[PLACE_BACKGROUND]
+                                            : b->plan->registry[number];
+    while (i < b->share_count && b->shares[i].layer != layer) i++;
+    if (i == b->share_count) b->shares[b->share_count++] = (sky_share){layer, {0, 0, 0}};
+    b->shares[i].radiance = dvec3_add(b->shares[i].radiance, radiance);
 }
 
 /* Each its own share and the last the rest, so that together they are what the film is given. */

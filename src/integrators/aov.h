@@ -25,7 +25,8 @@ snell_status aov_plan_create(aov_set wanted, const wave_settings *settings, cons
 void aov_plan_destroy(aov_plan *plan);
 /* Adds the layers to a film that has its size. */
 snell_status aov_plan_add_layers(const aov_plan *plan, film *f);
-bool aov_plan_is_crowded(const aov_plan *plan); /* some lights share light.other */
+/* How many lights share light.other for want of layers, and *names of them, the plan's; " .." at the end: and more. */
+uint32_t aov_plan_joined(const aov_plan *plan, const char **names);
 
 typedef struct aov_block aov_block;
 snell_status aov_block_create(const aov_plan *plan, aov_block **out); /* cleared */
