@@ -74,6 +74,13 @@ lacks 'many lights'
 [ -s err ] && fail "something on standard error"
 run 0 bench ball.lua -s 50% -n 1 -i path -D grey=.2 --crop 8x6+1+1 --rounds 1
 prints 'path, 1 sample, .*; 1 round$'
+run 0 bench ball.lua -s 8x6 -n 32 --noise 5% --rounds 1
+prints ': 8x6, whitted, up to [0-9]+ samples?, '
+"$snell" bench - -s 8x6 -n 1 --rounds 2 <ball.lua >out 2>err || fail "no rounds of standard input"
+prints '^standard input: 8x6, whitted, 1 sample, .*; 2 rounds, medians$'
+echo 'sphere { radus = 1 }' | "$snell" bench - >out 2>err
+[ "${PIPESTATUS[1]}" -eq 3 ] || fail "an error on standard input"
+grep -q '^.*standard input:1' err || fail "an error on standard input has no line"
 [ "$(ls)" = "$(printf '%s\n' ball.lua err lights.lua out thin.lua)" ] || fail "something was written: $(ls)"
 
 # ---- advice ---------------------------------------------------------------------------------------
@@ -94,7 +101,6 @@ run 0 bench --rounds 1 -t 1
 
 # ---- what is wrong --------------------------------------------------------------------------------
 refuses 2 "bench takes one FILE" bench a.lua b.lua
-refuses 2 "standard input can be read once" bench -
 refuses 2 "--size: bench without FILE" bench -s 4x4
 refuses 2 "--rounds: '0' is not" bench ball.lua --rounds 0
 refuses 2 "--rounds: '102' is not" bench ball.lua --rounds 102

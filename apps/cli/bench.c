@@ -140,7 +140,7 @@ static int make_rounds(subject *subjects, size_t count, const example_scene *exa
     for (size_t i = 0; i < rounds && code == EXIT_DONE; i++) {
         for (size_t k = 0; k < count && code == EXIT_DONE; k++) {
             progress_part(i * count + k, rounds * count);
-            progress_begin(subjects[k].bench->label);
+            progress_begin(session_label(subjects[k].bench->label));
             code = make_round(subjects[k].bench, &subjects[k].session, example);
             progress_end();
             if (code == EXIT_DONE && signals_caught() != 0) code = EXIT_SOME_FAILED;
@@ -157,10 +157,8 @@ static int make_rounds(subject *subjects, size_t count, const example_scene *exa
 
 static int bench_file(const options *o, const char *file) {
     subject s = {.bench = NULL};
-    if (strcmp(file, "-") == 0)
-        return report_usage("put it into a file",
-                            "bench reads its FILE several times; standard input can be read once");
     int code = open_subject(&s, o, NULL, 0, file);
+    s.session.keeps_input = true;
     if (code == EXIT_DONE) code = make_rounds(&s, 1, NULL);
     if (code == EXIT_DONE && report_json()) {
         json_t *root = bench_json(s.bench);

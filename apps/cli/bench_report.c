@@ -222,7 +222,7 @@ void bench_print_advice(const bench *b) {
 }
 
 void bench_text(const bench *b) {
-    text_print_safe(stdout, b->label);
+    text_print_safe(stdout, session_label(b->label));
     printf(": %" PRIu32 "x%" PRIu32 ", %s, %s%" PRIu32 " sample%s, %" PRIu32
            " thread%s, %s; %" PRIu32 " round%s\n",
            b->desc.width, b->desc.height, integrator_name(b->desc.integrator),

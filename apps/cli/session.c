@@ -267,7 +267,7 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
 int session_input(session *s, const char *path, const char **real) {
     *real = path;
     if (strcmp(path, "-") != 0) return EXIT_DONE;
-    int code = spool_input(s);
+    int code = s->spool_file == NULL ? spool_input(s) : EXIT_DONE;
     *real = s->spool_file;
     report_alias(s->spool_file, session_label(path));
     return code;
@@ -280,7 +280,7 @@ static int load_new(session *s, int code, const char *path, const char *real, sn
         snell_status status = snell_scene_create(s->context, out);
         code = status == SNELL_OK ? load_into(s, *out, real) : report_status(status, path);
     }
-    session_end_input(s);
+    if (!s->keeps_input) session_end_input(s);
     if (code != EXIT_DONE) {
         snell_scene_destroy(*out);
         *out = NULL;

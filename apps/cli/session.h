@@ -15,7 +15,8 @@ typedef struct session {
     uint32_t camera;         /* with --camera all: which, from 0 */
     const char *framed_file; /* whose frames are all seen from `framed`; NULL: not known yet */
     snell_view framed;
-    char *spool_folder; /* where standard input was written; "" when it was not */
+    bool keeps_input;   /* standard input is read once and kept until session_close */
+    char *spool_folder; /* where standard input was written; NULL when it was not */
     char *spool_file;
 } session;
 
