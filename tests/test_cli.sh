@@ -1,36 +1,7 @@
 #!/bin/bash
 # The command as its users meet it: what it says, what it writes, how it ends. $1: the build folder.
-snell=$(cd "${1:?the build folder}" && pwd)/snell
-source_folder=$(cd "$(dirname "$0")/.." && pwd)
-[ -x "$snell" ] || { echo "$snell is not built"; exit 1; }
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-for name in $(compgen -e SNELL_); do unset "$name"; done
-export NO_COLOR=1 TMPDIR=$work/tmp
-mkdir tmp
-failures=0
-
-fail() {
-    failures=$((failures + 1))
-    echo "FAILED: $*"
-    [ -s out ] && sed 's/^/    out: /' out | head -20
-    [ -s err ] && sed 's/^/    err: /' err | head -20
-}
-
-# run CODE ARGUMENT...: runs snell, keeps out and err, compares the exit code.
-run() {
-    local want=$1 got
-    shift
-    "$snell" "$@" >out 2>err </dev/null
-    got=$?
-    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
-}
-says() { grep -qF -- "$1" err || fail "not on standard error: $1"; }
-prints() { grep -qF -- "$1" out || fail "not on standard output: $1"; }
+. "$(dirname "$0")/cli.sh"
 lines() { [ "$(wc -l <"$1")" -le "$2" ] || fail "$1 has more than $2 lines"; }
-exists() { [ -s "$1" ] || fail "there is no $1"; }
-absent() { [ ! -e "$1" ] || fail "there is a $1"; }
 
 # ---- one table: help, manual and completion say the same as the parser --------------------------
 table() {
@@ -87,14 +58,6 @@ table() {
 
 # ---- the wrong command line: exit 2, a message, a hint -----------------------------------------
 usage() {
-    wrong() { # wrong MESSAGE HINT ARGUMENT...
-        local message=$1 hint=$2
-        shift 2
-        run 2 "$@"
-        says "snell: $message"
-        says "$hint"
-        [ -s out ] && fail "snell $*: an error on standard output"
-    }
     wrong "which file, or which command?" "snell --help"
     wrong "there is no command 'rendr'" "did you mean 'snell render'?" rendr x.lua
     wrong "render needs a FILE" "such as" render
@@ -775,9 +738,4 @@ language() {
 
 "$snell" example hello >my.lua || fail "there is no example"
 printf '%s\n' '-- a mistake' 'sphere { radus = 1 }' >bad.lua
-for part in table usage pictures sizes crops options_act programs frames output_rule tag aovs input stopping texts contents mistakes language; do
-    before=$failures
-    $part
-    [ $failures -eq $before ] && echo "ok: $part"
-done
-[ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
+parts table usage pictures sizes crops options_act programs frames output_rule tag aovs input stopping texts contents mistakes language

@@ -1,37 +1,7 @@
 #!/bin/bash
 # snell bench as its users meet it; its --json is in test_cli_json.c. $1: the build folder.
-snell=$(cd "${1:?the build folder}" && pwd)/snell
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-for name in $(compgen -e SNELL_); do unset "$name"; done
-export NO_COLOR=1 TMPDIR=$work
-failures=0
-
-fail() {
-    failures=$((failures + 1))
-    echo "FAILED: $*"
-    [ -s out ] && sed 's/^/    out: /' out | head -40
-    [ -s err ] && sed 's/^/    err: /' err | head -20
-}
-# run CODE ARGUMENT...
-run() {
-    local want=$1 got
-    shift
-    timeout 300 "$snell" "$@" >out 2>err </dev/null
-    got=$?
-    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
-}
-says() { grep -qF -- "$1" err || fail "not on standard error: $1"; }
-prints() { grep -qE -- "$1" out || fail "not on standard output: $1"; }
-lacks() { grep -qE -- "$1" out && fail "on standard output: $1"; }
-refuses() { # CODE MESSAGE ARGUMENT...
-    local code=$1 message=$2
-    shift 2
-    run "$code" "$@"
-    says "$message"
-    [ -s out ] && fail "snell $*: an error, and something on standard output"
-}
+. "$(dirname "$0")/cli.sh"
+prints_by=E
 
 cat >ball.lua <<'END'
 camera { from = {0, 1, 4}, at = {0, 0, 0} }
@@ -81,7 +51,7 @@ prints '^standard input: 8x6, whitted, 1 sample, .*; 2 rounds, medians$'
 echo 'sphere { radus = 1 }' | "$snell" bench - >out 2>err
 [ "${PIPESTATUS[1]}" -eq 3 ] || fail "an error on standard input"
 grep -q '^.*standard input:1' err || fail "an error on standard input has no line"
-[ "$(ls)" = "$(printf '%s\n' ball.lua err lights.lua out thin.lua)" ] || fail "something was written: $(ls)"
+[ "$(ls)" = "$(printf '%s\n' ball.lua err lights.lua out thin.lua tmp)" ] || fail "something was written: $(ls)"
 
 # ---- advice ---------------------------------------------------------------------------------------
 run 0 bench thin.lua -s 40x30 -n 1 --rounds 1
@@ -100,14 +70,14 @@ run 0 bench --rounds 1 -t 1
 [ "$(grep -c '^ *1 ' out)" -eq 1 ] || fail "one thread is measured twice"
 
 # ---- what is wrong --------------------------------------------------------------------------------
-refuses 2 "bench takes one FILE" bench a.lua b.lua
-refuses 2 "--size: bench without FILE" bench -s 4x4
-refuses 2 "--rounds: '0' is not" bench ball.lua --rounds 0
-refuses 2 "--rounds: '102' is not" bench ball.lua --rounds 102
-refuses 2 "bench takes no option '-o'" bench ball.lua -o x.png
-refuses 5 "nothing.lua" bench nothing.lua
+refuses 2 "bench takes one FILE" "" bench a.lua b.lua
+refuses 2 "--size: bench without FILE" "" bench -s 4x4
+refuses 2 "--rounds: '0' is not" "" bench ball.lua --rounds 0
+refuses 2 "--rounds: '102' is not" "" bench ball.lua --rounds 102
+refuses 2 "bench takes no option '-o'" "" bench ball.lua -o x.png
+refuses 5 "nothing.lua" "" bench nothing.lua
 echo 'sphere { radus = 1 }' >bad.lua
-refuses 3 "bad.lua:1" bench bad.lua
+refuses 3 "bad.lua:1" "" bench bad.lua
 timeout 60 "$snell" bench ball.lua -n 100000 --rounds 3 >out 2>err &
 pid=$!
 sleep 1

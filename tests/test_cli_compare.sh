@@ -1,33 +1,7 @@
 #!/bin/bash
 # snell compare and snell convert as their users meet them. $1: the build folder.
-snell=$(cd "${1:?the build folder}" && pwd)/snell
-[ -x "$snell" ] || { echo "$snell is not built"; exit 1; }
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-for name in $(compgen -e SNELL_); do unset "$name"; done
-export NO_COLOR=1 TMPDIR=$work/tmp
-mkdir tmp
-failures=0
-float=pfm # with OpenEXR also .exr
-"$snell" --version | grep -q '^parts.*openexr' && float=exr
-
-fail() {
-    failures=$((failures + 1))
-    echo "FAILED: $*"
-    [ -s out ] && sed 's/^/    out: /' out | head -20
-    [ -s err ] && sed 's/^/    err: /' err | head -20
-}
-# run CODE ARGUMENT...: runs snell, keeps out and err, compares the exit code.
-run() {
-    local want=$1 got
-    shift
-    "$snell" "$@" >out 2>err </dev/null
-    got=$?
-    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
-}
-says() { grep -qF -- "$1" err || fail "not on standard error: $1"; }
-prints() { grep -qE -- "$1" out || fail "not on standard output: $1"; }
+. "$(dirname "$0")/cli.sh"
+prints_by=E
 silent() { [ ! -s "$1" ] || fail "$1 is not empty"; }
 same() { cmp -s "$1" "$2" || fail "$1 and $2 are not the same"; }
 # ppm NAME BYTE...: grey levels of a row of pixels
@@ -156,14 +130,6 @@ looks() { # of floats: by their own scene, by the command line
 }
 
 mistakes() {
-    wrong() { # wrong MESSAGE HINT ARGUMENT...
-        local message=$1 hint=$2
-        shift 2
-        run 2 "$@"
-        says "snell: $message"
-        says "$hint"
-        silent out
-    }
     wrong "compare needs two pictures" "such as" compare a.ppm
     wrong "compare needs two pictures" "such as" compare a.ppm b.ppm a.ppm
     wrong "convert needs two names" "such as" convert a.ppm
@@ -257,9 +223,4 @@ stopping() { # a comparison that takes long ends when it is told to
     rm large.ppm larger.ppm
 }
 
-for part in numbers limits errors looks mistakes bad_files stopping; do
-    before=$failures
-    $part
-    [ $failures -eq $before ] && echo "ok: $part"
-done
-[ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
+parts numbers limits errors looks mistakes bad_files stopping

@@ -1,46 +1,6 @@
 #!/bin/bash
 # snell explain as its users meet it. $1: the build folder.
-snell=$(cd "${1:?the build folder}" && pwd)/snell
-source_folder=$(cd "$(dirname "$0")/.." && pwd)
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-for name in $(compgen -e SNELL_); do unset "$name"; done
-export NO_COLOR=1 TMPDIR=$work
-failures=0
-
-fail() {
-    failures=$((failures + 1))
-    echo "FAILED: $*"
-    [ -s out ] && sed 's/^/    out: /' out | head -20
-    [ -s err ] && sed 's/^/    err: /' err | head -20
-}
-# run CODE ARGUMENT...
-run() {
-    local want=$1 got
-    shift
-    timeout 60 "$snell" "$@" >out 2>err </dev/null
-    got=$?
-    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
-}
-says() { grep -qF -- "$1" err || fail "not on standard error: $1"; }
-prints() { grep -qF -- "$1" out || fail "not on standard output: $1"; }
-lacks() { grep -qF -- "$1" out && fail "on standard output: $1"; }
-# refuses CODE MESSAGE HINT ARGUMENT...: nothing on standard output
-refuses() {
-    local code=$1 message=$2 hint=$3
-    shift 3
-    run "$code" "$@"
-    says "$message"
-    says "$hint"
-    [ -s out ] && fail "snell $*: an error, and something on standard output"
-}
-# pixel X Y WIDTH HEIGHT FILE.pfm: its three floats, as text that reads back as the same
-pixel() {
-    local header
-    header=$(head -3 "$5" | wc -c)
-    od -An -tf4 -w12 -j $((header + ((($4 - 1 - $2) * $3 + $1) * 12))) -N 12 "$5" | tr -s ' ' | sed 's/^ //; s/ $//'
-}
+. "$(dirname "$0")/cli.sh"
 
 cp "$source_folder/scenes/whitted-1980.lua" my.lua
 cat >box.lua <<'END'
@@ -190,9 +150,4 @@ documentation() {
     [ -s differences ] && { cat differences; fail "README.md shows something else"; }
 }
 
-for part in bits tree drawings mistakes documentation; do
-    before=$failures
-    $part
-    [ $failures -eq $before ] && echo "ok: $part"
-done
-[ $failures -eq 0 ] || { echo "$failures failures"; exit 1; }
+parts bits tree drawings mistakes documentation

@@ -1,36 +1,7 @@
 #!/bin/bash
 # --noise and --time-limit as their users meet them. $1: the build folder.
-snell=$(cd "${1:?the build folder}" && pwd)/snell
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-for name in $(compgen -e SNELL_); do unset "$name"; done
-export NO_COLOR=1 TMPDIR=$work
-failures=0
-float=pfm # with OpenEXR .exr, and what only that can hold
-"$snell" --version | grep -q "^parts.*openexr" && float=exr
-
-fail() {
-    failures=$((failures + 1))
-    echo "FAILED: $*"
-    [ -s out ] && sed 's/^/    out: /' out | head -20
-    [ -s err ] && sed 's/^/    err: /' err | head -20
-}
-# run CODE ARGUMENT...
-run() {
-    local want=$1 got
-    shift
-    timeout 100 "$snell" "$@" >out 2>err </dev/null
-    got=$?
-    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
-}
-says() { grep -qE -- "$1" err || fail "not on standard error: $1"; }
-prints() { grep -qE -- "$1" out || fail "not on standard output: $1"; }
-pixel() { # X Y WIDTH HEIGHT FILE.pfm
-    local header
-    header=$(head -3 "$5" | wc -c)
-    od -An -tf4 -w12 -j $((header + ((($4 - 1 - $2) * $3 + $1) * 12))) -N 12 "$5" | tr -s ' ' | sed 's/^ //; s/ $//'
-}
+. "$(dirname "$0")/cli.sh"
+says_by=E prints_by=E
 
 cat >lamp.lua <<'END'
 render { integrator = "path", width = 48, height = 40, samples = 8, max_depth = 3 }
@@ -164,11 +135,4 @@ bad() {
     [ -e x.png ] && fail "a wrong command line left a picture"
 }
 
-bound
-json
-layers
-limit
-stopped
-bad
-[ $failures -eq 0 ] && echo "all right"
-exit $((failures > 0))
+parts bound json layers limit stopped bad

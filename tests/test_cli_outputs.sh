@@ -1,40 +1,7 @@
 #!/bin/bash
 # Finished pictures: formats, looks, animations, turntables, cameras, folders. $1: the build folder.
-snell=$(cd "${1:?the build folder}" && pwd)/snell
-[ -x "$snell" ] || { echo "$snell is not built"; exit 1; }
-work=$(mktemp -d) || exit 1
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-for name in $(compgen -e SNELL_); do unset "$name"; done
-export NO_COLOR=1 TMPDIR=$work/tmp
-mkdir tmp
-failures=0
-
-fail() {
-    failures=$((failures + 1))
-    echo "FAILED: $*"
-    [ -s out ] && head -c 2000 out | sed 's/^/    out: /' | head -20
-    [ -s err ] && sed 's/^/    err: /' err | head -20
-}
-run() { # CODE ARGUMENT...
-    local want=$1 got
-    shift
-    "$snell" "$@" >out 2>err </dev/null
-    got=$?
-    [ $got -eq "$want" ] || fail "snell $*: exit $got, not $want"
-}
-says() { grep -qF -- "$1" err || fail "not on standard error: $1"; }
-prints() { grep -qE -- "$1" out || fail "not on standard output: $1"; }
-exists() { for file; do [ -s "$file" ] || fail "there is no $file"; done; }
-absent() { for file; do [ ! -e "$file" ] || fail "there is a $file"; done; }
-wrong() { # MESSAGE HINT ARGUMENT...: refused before any work
-    local message=$1 hint=$2
-    shift 2
-    run 2 "$@"
-    says "snell: $message"
-    says "$hint"
-}
-built() { "$snell" --version | grep -q "^parts.* $1"; }
+. "$(dirname "$0")/cli.sh"
+prints_by=E
 has() { command -v "$1" >/dev/null || { echo "NOT TESTED: there is no $1"; return 1; }; }
 
 cat >my.lua <<'END'
