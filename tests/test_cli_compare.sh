@@ -35,6 +35,28 @@ numbers() {
     prints '^largest +0.0392157 at 2,0$'
 }
 
+# a picture in rows and in tiles, of every kind of levels and most kinds of compression
+tiles() {
+    built openexr || { echo "NOT TESTED: this build has no OpenEXR"; return; }
+    command -v exrmaketiled >/dev/null || { echo "NOT TESTED: there is no exrmaketiled (package openexr)"; return; }
+    echo 'camera { from = {0, 0, 4}, at = {0, 0, 0} } background { color = {1, 2, 3}, top = {.1, .2, .3} } sphere {}' >tiles.lua
+    run 0 tiles.lua -s 53x37 -n 2 --aov depth -o rows.exr
+    run 0 convert rows.exr plain.exr
+    local kind size compression
+    for compression in none rle zip piz; do
+        for kind in -o -m -r; do
+            for size in "5 3" "16 16" "64 64"; do
+                exrmaketiled $kind -t $size -z $compression plain.exr tiled.exr || fail "exrmaketiled"
+                run 0 compare rows.exr tiled.exr
+                prints '^equal$'
+            done
+        done
+    done
+    exrmaketiled -z b44 plain.exr b44.exr
+    run 4 compare rows.exr b44.exr
+    says "compression cannot be read"
+}
+
 limits() {
     run 0 compare a.ppm b.ppm --max-rmse 0.02 --max-difference 0.04 --max-differing 1 --min-psnr 34
     silent err
@@ -223,4 +245,4 @@ stopping() { # a comparison that takes long ends when it is told to
     rm large.ppm larger.ppm
 }
 
-parts numbers limits errors looks mistakes bad_files stopping
+parts numbers tiles limits errors looks mistakes bad_files stopping

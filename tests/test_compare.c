@@ -431,6 +431,142 @@ static void missing_layers_are_named(void **state) {
     snell_film_destroy(f);
 }
 
+/* ---- tiles ---- */
+
+enum { TILED_WIDTH = 11, TILED_HEIGHT = 7, TILE_WIDTH = 4, TILE_HEIGHT = 3 };
+
+/* Of level 0; other levels are all -1. */
+static float tiled_value(int channel, int x, int y) { return (float)(100 * channel + 10 * y + x); }
+
+static void write_tile(exr_context_t file, int x, int y, int level) {
+    static float pixels[3][TILE_WIDTH * TILE_HEIGHT];
+    exr_encode_pipeline_t pipeline = EXR_ENCODE_PIPELINE_INITIALIZER;
+    exr_chunk_info_t chunk;
+    assert_int_equal(exr_write_tile_chunk_info(file, 0, x, y, level, level, &chunk), 0);
+    assert_int_equal(exr_encoding_initialize(file, 0, &chunk, &pipeline), 0);
+    for (int c = 0; c < 3; c++) {
+        exr_coding_channel_info_t *channel = &pipeline.channels[c]; /* B, G, R */
+        for (int i = 0; i < chunk.width * chunk.height; i++)
+            pixels[c][i] = level ? -1
+                                 : tiled_value(2 - c, x * TILE_WIDTH + i % chunk.width,
+                                               y * TILE_HEIGHT + i / chunk.width);
+        channel->encode_from_ptr = (uint8_t *)pixels[c];
+        channel->user_bytes_per_element = 4;
+        channel->user_data_type = EXR_PIXEL_FLOAT;
+        channel->user_pixel_stride = 4;
+        channel->user_line_stride = 4 * chunk.width;
+    }
+    assert_int_equal(exr_encoding_choose_default_routines(file, 0, &pipeline), 0);
+    assert_int_equal(exr_encoding_run(file, 0, &pipeline), 0);
+    exr_encoding_destroy(file, &pipeline);
+}
+
+/* Its corner is not at 0, 0. */
+static void write_tiles(const char *name, exr_pixel_type_t type, exr_compression_t compression,
+                        exr_tile_level_mode_t mode) {
+    exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_context_t file = NULL;
+    int index, levels = 1;
+    exr_attr_box2i_t window;
+    window.min.x = -2, window.max.x = TILED_WIDTH - 3;
+    window.min.y = 5, window.max.y = TILED_HEIGHT + 4;
+    const exr_attr_v2f_t middle = {.x = 0, .y = 0};
+    assert_int_equal(exr_start_write(&file, path_of(name), EXR_WRITE_FILE_DIRECTLY, &setup), 0);
+    assert_int_equal(exr_add_part(file, NULL, EXR_STORAGE_TILED, &index), 0);
+    assert_int_equal(exr_initialize_required_attr(file, 0, &window, &window, 1, &middle, 1,
+                                                  EXR_LINEORDER_INCREASING_Y, compression),
+                     0);
+    assert_int_equal(
+        exr_set_tile_descriptor(file, 0, TILE_WIDTH, TILE_HEIGHT, mode, EXR_TILE_ROUND_DOWN), 0);
+    for (int c = 0; c < 3; c++)
+        assert_int_equal(
+            exr_add_channel(file, 0, &"B\0G\0R"[2 * c], type, EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1),
+            0);
+    assert_int_equal(exr_write_header(file), 0);
+    if (mode == EXR_TILE_MIPMAP_LEVELS)
+        assert_int_equal(exr_get_tile_levels(file, 0, &levels, NULL), 0);
+    for (int level = 0; level < levels; level++) {
+        int width = TILED_WIDTH >> level, height = TILED_HEIGHT >> level;
+        if (width < 1) width = 1;
+        if (height < 1) height = 1;
+        for (int y = 0; y * TILE_HEIGHT < height; y++)
+            for (int x = 0; x * TILE_WIDTH < width; x++) write_tile(file, x, y, level);
+    }
+    assert_int_equal(exr_finish(&file), 0);
+}
+
+/* Not compressed: OpenEXRCore 3.1 writes some small tiles wrong that are. test_cli_compare.sh reads others. */
+static void tiles_are_read(void **state) {
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        write_tiles("tiled.exr", i % 2 ? EXR_PIXEL_FLOAT : EXR_PIXEL_HALF, EXR_COMPRESSION_NONE,
+                    i / 2 ? EXR_TILE_MIPMAP_LEVELS : EXR_TILE_ONE_LEVEL);
+        snell_film *f = read_film("tiled.exr", NULL);
+        assert_true(f->film.width == TILED_WIDTH && f->film.height == TILED_HEIGHT);
+        for (int k = 0; k < TILED_WIDTH * TILED_HEIGHT * 3; k++) {
+            int x = k / 3 % TILED_WIDTH, y = k / 3 / TILED_WIDTH;
+            float wanted = tiled_value(k % 3, x, y);
+            if (f->film.pixels[k] != wanted)
+                fail_msg("file %d: %g at %d,%d, channel %d, not %g", i, (double)f->film.pixels[k],
+                         x, y, k % 3, (double)wanted);
+        }
+        snell_film_destroy(f);
+    }
+}
+
+/* Bytes that were changed: an error or a picture, and no end but that. */
+static void broken_tiles_are_survived(void **state) {
+    (void)state;
+    static uint8_t whole[1 << 14], bad[sizeof whole];
+    write_tiles("tiled.exr", EXR_PIXEL_HALF, EXR_COMPRESSION_ZIP, EXR_TILE_MIPMAP_LEVELS);
+    FILE *from = fopen(path_of("tiled.exr"), "rb");
+    assert_non_null(from);
+    size_t size = fread(whole, 1, sizeof whole, from), refused = 0;
+    fclose(from);
+    assert_true(size > 300 && size < sizeof whole);
+    snell_film *f = new_film();
+    for (size_t at = 4; at < size; at += 13) {
+        memcpy(bad, whole, size);
+        bad[at] ^= 0xff;
+        write_file("bad.exr", bad, at % 2 ? size : at);
+        refused += read_layer(f, "bad.exr", NULL) != SNELL_OK;
+    }
+    assert_true(refused > 10);
+    /* the tile's size: more than there can be memory for, and none */
+    static const char attribute[] = "tiles\0tiledesc\0\11\0\0";
+    uint8_t *tile = memmem(whole, size, attribute, sizeof attribute);
+    assert_non_null(tile);
+    for (int value = 0; value < 256; value += 127) {
+        memset(tile + sizeof attribute, value, 8);
+        write_file("bad.exr", whole, size);
+        assert_int_equal(read_layer(f, "bad.exr", NULL), SNELL_ERR_SYNTAX);
+    }
+    snell_film_destroy(f);
+}
+
+static void deep_pixels_are_refused(void **state) {
+    (void)state;
+    static uint8_t whole[1 << 14];
+    exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_context_t file = NULL;
+    int index;
+    assert_int_equal(exr_start_write(&file, path_of("deep.exr"), EXR_WRITE_FILE_DIRECTLY, &setup),
+                     0);
+    assert_int_equal(exr_add_part(file, "deep", EXR_STORAGE_DEEP_SCANLINE, &index), 0);
+    assert_int_equal(exr_initialize_required_attr_simple(file, 0, 4, 1, EXR_COMPRESSION_ZIPS), 0);
+    assert_int_equal(exr_set_version(file, 0, 1), 0);
+    assert_int_equal(
+        exr_add_channel(file, 0, "R", EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LOGARITHMIC, 1, 1), 0);
+    assert_int_equal(exr_write_header(file), 0);
+    memset(whole, 0, sizeof whole);
+    assert_int_equal(exr_write_deep_scanline_chunk(file, 0, 0, whole, 16, 16, whole, 16), 0);
+    assert_int_equal(exr_finish(&file), 0);
+    snell_film *f = new_film();
+    assert_int_equal(read_layer(f, "deep.exr", NULL), SNELL_ERR_UNSUPPORTED);
+    assert_non_null(strstr(snell_last_error()->text, "deep pixels"));
+    snell_film_destroy(f);
+}
+
 static void what_openexr_cannot_do_is_said(void **state) {
     (void)state;
     image_pixels pixels = make_values(3);
@@ -449,6 +585,8 @@ static void what_openexr_cannot_do_is_said(void **state) {
     snell_film *f = new_film();
     assert_int_equal(read_layer(f, "dwa.exr", NULL), SNELL_ERR_UNSUPPORTED);
     assert_non_null(strstr(snell_last_error()->hint, "ZIP"));
+    write_tiles("b44.exr", EXR_PIXEL_FLOAT, EXR_COMPRESSION_B44, EXR_TILE_ONE_LEVEL);
+    assert_int_equal(read_layer(f, "b44.exr", NULL), SNELL_ERR_UNSUPPORTED);
     snell_film_destroy(f);
 }
 
@@ -942,6 +1080,9 @@ int main(void) {
         cmocka_unit_test(layers_are_found_by_name),
         cmocka_unit_test(missing_layers_are_named),
         cmocka_unit_test(what_openexr_cannot_do_is_said),
+        cmocka_unit_test(tiles_are_read),
+        cmocka_unit_test(broken_tiles_are_survived),
+        cmocka_unit_test(deep_pixels_are_refused),
 #endif
         cmocka_unit_test(bad_files_are_refused),
         cmocka_unit_test(blocks_are_checked_again),

@@ -1,5 +1,5 @@
-/* OpenEXR, by OpenEXRCore: the channels of one layer, in rows, of any sample type and compression
- * but DWA, which the core of 3.1 lacks. */
+/* OpenEXR, by OpenEXRCore: the channels of one layer, in rows or tiles (of mip maps the largest), of any sample type
+ * and compression but those that the core of 3.1 lacks, DWA, or gets wrong, B44 of channels of 32 bits. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -247,7 +247,8 @@ static bool aim_channels(exr_job *job, const exr_chunk_info_t *chunk) {
     return true;
 }
 
-static bool read_chunk(exr_job *job, const exr_chunk_info_t *chunk, float *to) {
+/* To `to`, the first pixel of the chunk in rows of so many pixels. */
+static bool read_chunk(exr_job *job, const exr_chunk_info_t *chunk, float *to, size_t row_width) {
     int part = job->selection.part;
     bool first = !job->started;
     if (first ? exr_decoding_initialize(job->file, part, chunk, &job->decode)
@@ -259,15 +260,17 @@ static bool read_chunk(exr_job *job, const exr_chunk_info_t *chunk, float *to) {
     exr_result_t failed = exr_decoding_run(job->file, part, &job->decode);
     job->lacks = failed == EXR_ERR_FEATURE_NOT_IMPLEMENTED;
     if (failed) return false;
-    size_t count = (size_t)chunk->width * (size_t)chunk->height;
-    for (size_t i = 0; i < count; i++)
-        for (size_t place = 0; place < 4; place++)
-            if (job->selection.places[place]) to[4 * i + place] = job->rows[place * count + i];
+    size_t width = (size_t)chunk->width, height = (size_t)chunk->height, count = width * height;
+    for (size_t y = 0; y < height; y++)
+        for (size_t x = 0; x < width; x++)
+            for (size_t place = 0; place < 4; place++)
+                if (job->selection.places[place])
+                    to[4 * (y * row_width + x) + place] = job->rows[place * count + y * width + x];
     return true;
 }
 
-static bool read_chunks(exr_job *job, const exr_attr_box2i_t *window, int32_t step,
-                        decoded_image *image) {
+static bool read_rows(exr_job *job, const exr_attr_box2i_t *window, int32_t step,
+                      decoded_image *image) {
     for (int64_t y = window->min.y; y <= window->max.y; y += step) {
         exr_chunk_info_t chunk;
         if (exr_read_scanline_chunk_info(job->file, job->selection.part, (int)y, &chunk))
@@ -277,9 +280,63 @@ static bool read_chunks(exr_job *job, const exr_attr_box2i_t *window, int32_t st
             return false;
         float *to = (float *)(void *)image->pixels +
                     (size_t)(chunk.start_y - window->min.y) * image->width * 4;
-        if (!read_chunk(job, &chunk, to)) return false;
+        if (!read_chunk(job, &chunk, to, image->width)) return false;
     }
     return true;
+}
+
+/* Those at the right and below are cut off by the picture. */
+static bool read_tiles(exr_job *job, uint32_t tile_width, uint32_t tile_height,
+                       decoded_image *image) {
+    float *pixels = (float *)(void *)image->pixels;
+    for (uint32_t y = 0; y < image->height; y += tile_height)
+        for (uint32_t x = 0; x < image->width; x += tile_width) {
+            exr_chunk_info_t chunk;
+            if (exr_read_tile_chunk_info(job->file, job->selection.part, (int)(x / tile_width),
+                                         (int)(y / tile_height), 0, 0, &chunk))
+                return false;
+            uint32_t right = image->width - x, below = image->height - y;
+            if (chunk.width != (int32_t)(right < tile_width ? right : tile_width) ||
+                chunk.height != (int32_t)(below < tile_height ? below : tile_height))
+                return false;
+            if (!read_chunk(job, &chunk, pixels + 4 * ((size_t)y * image->width + x), image->width))
+                return false;
+        }
+    return true;
+}
+
+/* OpenEXRCore 3.1 gives wrong pixels. */
+static bool is_garbled(exr_job *job) {
+    exr_compression_t compression;
+    const exr_attr_chlist_t *list;
+    if (exr_get_compression(job->file, job->selection.part, &compression) ||
+        exr_get_channels(job->file, job->selection.part, &list))
+        return false;
+    if (compression != EXR_COMPRESSION_B44 && compression != EXR_COMPRESSION_B44A) return false;
+    for (int i = 0; i < list->num_channels; i++)
+        if (list->entries[i].pixel_type != EXR_PIXEL_HALF) return true;
+    return false;
+}
+
+/* *width and *height: of a tile, or of the rows of a chunk, no more than the picture has. */
+static bool chunk_size(exr_job *job, bool tiled, const decoded_image *image, uint32_t *width,
+                       uint32_t *height) {
+    uint32_t tile[2] = {image->width, 0};
+    int32_t rows;
+    exr_tile_level_mode_t levels;
+    exr_tile_round_mode_t rounding;
+    if (tiled) {
+        if (exr_get_tile_descriptor(job->file, job->selection.part, &tile[0], &tile[1], &levels,
+                                    &rounding))
+            return false;
+    } else {
+        if (exr_get_scanlines_per_chunk(job->file, job->selection.part, &rows) || rows < 1)
+            return false;
+        tile[1] = (uint32_t)rows;
+    }
+    *width = tile[0] < image->width ? tile[0] : image->width;
+    *height = tile[1] < image->height ? tile[1] : image->height;
+    return tile[0] > 0 && tile[1] > 0;
 }
 
 static void complete(const exr_selection *selection, decoded_image *image) {
@@ -298,21 +355,24 @@ static snell_status read_part(exr_job *job, size_t size_max, decoded_image *out)
     exr_storage_t storage;
     if (exr_get_data_window(job->file, part, &window) || exr_get_storage(job->file, part, &storage))
         return error_set(SNELL_ERR_SYNTAX, NULL, "a broken OpenEXR image");
-    if (storage != EXR_STORAGE_SCANLINE)
-        return error_set(SNELL_ERR_UNSUPPORTED, "save it in rows (scan lines)",
-                         "an OpenEXR image in tiles or of deep pixels cannot be read");
+    bool tiled = storage == EXR_STORAGE_TILED;
+    if (!tiled && storage != EXR_STORAGE_SCANLINE)
+        return error_set(SNELL_ERR_UNSUPPORTED, "save it flattened",
+                         "an OpenEXR image of deep pixels cannot be read");
     int64_t width = (int64_t)window.max.x - window.min.x + 1,
             height = (int64_t)window.max.y - window.min.y + 1;
     out->width = width < 0 || width > UINT32_MAX ? 0 : (uint32_t)width;
     out->height = height < 0 || height > UINT32_MAX ? 0 : (uint32_t)height;
-    int32_t step;
+    uint32_t across, down;
     snell_status status = image_make_float_room(out, size_max);
     if (status) return status;
-    if (exr_get_scanlines_per_chunk(job->file, part, &step) || step < 1)
+    if (!chunk_size(job, tiled, out, &across, &down))
         return error_set(SNELL_ERR_SYNTAX, NULL, "a broken OpenEXR image");
-    job->rows = memory_resize(NULL, (size_t)out->width * (size_t)step, 4 * sizeof(float));
+    job->rows = memory_resize(NULL, (size_t)across * down, 4 * sizeof(float));
     if (job->rows == NULL) return error_no_memory();
-    bool done = read_chunks(job, &window, step, out);
+    job->lacks = is_garbled(job);
+    bool done = !job->lacks && (tiled ? read_tiles(job, across, down, out)
+                                      : read_rows(job, &window, (int32_t)down, out));
     if (job->lacks)
         return error_set(SNELL_ERR_UNSUPPORTED, "save it with another, such as ZIP or PIZ",
                          "an OpenEXR image whose compression cannot be read");
