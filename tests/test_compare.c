@@ -385,6 +385,10 @@ static void layers_are_found_by_name(void **state) {
     check_layer("one.exr", "N", 0, 8, 9, 10);
     check_layer("one.exr", "N.Y", 0, 9, 9, 9);
     check_layer("one.exr", "Z", 0, 3, 3, 3);
+    /* one that is not wanted, beside two of 16 bits */
+    const exr_part three = {.channels = {"R", "G", "Z"}, .type = EXR_PIXEL_HALF};
+    write_exr("three.exr", &three, 1);
+    check_layer("three.exr", NULL, 0, 0, 1, -1);
     check_layers("one.exr", (const char *const[]){"N", "Z", "depth", "variance", NULL});
 
     const exr_part many[] = {

@@ -222,11 +222,12 @@ typedef struct exr_job {
     exr_selection selection;
     exr_decode_pipeline_t decode;
     bool started, lacks; /* lacks: the compression */
-    float *rows;         /* of one chunk: the places one after the other, each of all its pixels */
+    float *rows; /* of one chunk: five places, one after the other, each of all its pixels */
 } exr_job;
 
 /* Each channel to pixels of its own: OpenEXRCore 3.1 exchanges the channels of R G B A in 16 bits
- * where they are to be interleaved. false: a channel that is coarser than the picture. */
+ * where they are to be interleaved. Where there are no more than four it writes to all of them, wanted or
+ * not: those go to a fifth place. false: a channel that is coarser than the picture. */
 static bool aim_channels(exr_job *job, const exr_chunk_info_t *chunk) {
     for (int c = 0; c < job->decode.channel_count; c++) {
         exr_coding_channel_info_t *channel = &job->decode.channels[c];
@@ -235,8 +236,8 @@ static bool aim_channels(exr_job *job, const exr_chunk_info_t *chunk) {
                              strcmp(channel->channel_name, job->selection.places[place]) != 0))
             place++;
         channel->decode_to_ptr = NULL;
-        if (place == 4) continue;
-        if (channel->x_samples != 1 || channel->y_samples != 1) return false;
+        if (place == 4 && job->decode.channel_count > 4) continue;
+        if (place < 4 && (channel->x_samples != 1 || channel->y_samples != 1)) return false;
         float *pixels = job->rows + place * (size_t)chunk->width * (size_t)chunk->height;
         channel->decode_to_ptr = (uint8_t *)pixels;
         channel->user_bytes_per_element = sizeof(float);
@@ -368,7 +369,7 @@ static snell_status read_part(exr_job *job, size_t size_max, decoded_image *out)
     if (status) return status;
     if (!chunk_size(job, tiled, out, &across, &down))
         return error_set(SNELL_ERR_SYNTAX, NULL, "a broken OpenEXR image");
-    job->rows = memory_resize(NULL, (size_t)across * down, 4 * sizeof(float));
+    job->rows = memory_resize(NULL, (size_t)across * down, 5 * sizeof(float));
     if (job->rows == NULL) return error_no_memory();
     job->lacks = is_garbled(job);
     bool done = !job->lacks && (tiled ? read_tiles(job, across, down, out)
