@@ -197,13 +197,13 @@ typedef struct snell_load_desc {
     uint32_t frame;      /* which frame of an animation, 1 to 1000000; 0: a scene's first, a model
                             file at rest */
     bool allow_programs; /* run .lua; default true */
-    bool next_frame;     /* functions of time are asked about the next frame too, for the AOV motion, as
-                            they are where render{} asks for that; default false */
     /* Files are read by the sandboxed program snell-import, started with posix_spawn; default true.
      * false: only snell_scene_add_* and compiled scenes. */
     bool allow_helper;
     snell_progress_fn *progress;
     void *user;
+    bool next_frame; /* functions of time are asked about the next frame too, for the AOV motion, as
+                            they are where render{} asks for that; default false */
 } snell_load_desc;
 
 static inline snell_load_desc snell_load_desc_init(size_t struct_size) {
@@ -867,16 +867,16 @@ typedef struct snell_explained_light {
     snell_vec3 direction; /* of LIGHT: unit, to the light; 0: from everywhere */
     double distance;      /* metres, INFINITY: infinitely far */
     double incoming[3];   /* of LIGHT irradiance where pdf is 0, W/m^2; else radiance, W/(m^2 sr) */
-    double choice;        /* the chance with which path chose this light; 1: all were asked */
-    double pdf;           /* density of the direction, 1/sr, times choice; 0: the light is a point, a
+    double pdf;     /* density of the direction, 1/sr, times choice; 0: the light is a point, a
                              direction, or everywhere */
-    double cosine;        /* of the light's angle to the shading normal; of what is not LIGHT 1 */
-    double bsdf[3];       /* of the parts that lights light, 1/sr; of what is not LIGHT 1 */
-    double weight; /* for the pdf, and of path what of it counts: multiple importance sampling */
+    double cosine;  /* of the light's angle to the shading normal; of what is not LIGHT 1 */
+    double bsdf[3]; /* of the parts that lights light, 1/sr; of what is not LIGHT 1 */
+    double weight;  /* for the pdf, and of path what of it counts: multiple importance sampling */
     double visibility[3];      /* what comes through; 0: blocked */
     snell_object_info blocker; /* of what is blocked: by what; type "": nothing */
     double blocker_distance;   /* metres */
     double contribution[4];    /* what was added: colour, or in [3] coverage */
+    double choice;             /* the chance with which path chose this light; 1: all were asked */
 } snell_explained_light;
 
 typedef struct snell_explained_sample {

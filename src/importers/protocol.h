@@ -16,10 +16,10 @@ enum { PROTOCOL_RESULT_FD = 3, PROTOCOL_PIPE_FD = 4 };
 #define PROTOCOL_ALLOW "--allow"
 #define PROTOCOL_PROGRAMS "--programs" /* "1": may run programs */
 #define PROTOCOL_FRAME "--frame"       /* from 1; "0": the first */
-#define PROTOCOL_NEXT "--next"         /* "1": functions of time are asked about the next frame too */
-#define PROTOCOL_LAYER "--layer"       /* of a picture: no scene is read */
-#define PROTOCOL_MEMORY "--memory"     /* bytes */
-#define PROTOCOL_TIME "--time"         /* whole seconds */
+#define PROTOCOL_NEXT "--next"     /* "1": functions of time are asked about the next frame too */
+#define PROTOCOL_LAYER "--layer"   /* of a picture: no scene is read */
+#define PROTOCOL_MEMORY "--memory" /* bytes */
+#define PROTOCOL_TIME "--time"     /* whole seconds */
 
 enum protocol_kind { PROTOCOL_PROGRESS = 1, PROTOCOL_ERROR, PROTOCOL_DONE };
 
