@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "described.h"
 #include "geometry/mesh.h"
 #include "importers/files.h"
 #include "importers/image_decode.h"
@@ -52,26 +53,6 @@ static const mesh_desc *mesh_at(const description *d, size_t index) {
     return d->objects[CATEGORY_SHAPE].items[index].desc;
 }
 
-static const object *named(const description *d, category which, const char *name) {
-    const object *o = description_find(d, which, name);
-    if (o == NULL) print_error("nothing is called %s\n", name);
-    assert_non_null(o);
-    return o;
-}
-
-static const void *field_of(const object *o, const char *name) {
-    const field *f = type_find_field(o->type, name);
-    assert_non_null(f);
-    return (const char *)o->desc + f->offset;
-}
-
-static double float_of(const object *o, const char *name) {
-    return (double)*(const float *)field_of(o, name);
-}
-static int int_of(const object *o, const char *name) { return *(const int32_t *)field_of(o, name); }
-static snell_input input_of(const object *o, const char *name) {
-    return *(const snell_input *)field_of(o, name);
-}
 static const uint8_t *bytes_of(const object *o, const char *name) {
     return *(const uint8_t *const *)field_of(o, name);
 }

@@ -11,6 +11,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "described.h"
 #include "geometry/mesh.h"
 #include "importers/importer.h"
 #include "maths/motion.h"
@@ -64,24 +65,6 @@ static void near3(snell_vec3 v, double x, double y, double z) {
     near(v.z, z);
 }
 
-static const object *named(const description *d, category which, const char *name) {
-    const object *o = description_find(d, which, name);
-    if (o == NULL) print_error("nothing is called %s\n", name);
-    assert_non_null(o);
-    return o;
-}
-
-static const void *field_of(const object *o, const char *name) {
-    const field *f = type_find_field(o->type, name);
-    assert_non_null(f);
-    return (const char *)o->desc + f->offset;
-}
-static double float_of(const object *o, const char *name) {
-    return (double)*(const float *)field_of(o, name);
-}
-static snell_input input_of(const object *o, const char *name) {
-    return *(const snell_input *)field_of(o, name);
-}
 static const char *map_of(const description *d, snell_texture_id id) {
     static char word[32];
     const object *o = &d->objects[CATEGORY_TEXTURE].items[id.index1 - 1];

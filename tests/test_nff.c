@@ -12,6 +12,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "described.h"
 #include "geometry/mesh.h"
 #include "image/srgb.h"
 #include "importers/importer.h"
@@ -37,20 +38,6 @@ static description *read_good(const char *text) {
     if (status) print_error("%u: %s\n", error_last()->line, error_last()->text);
     assert_int_equal(status, SNELL_OK);
     return d;
-}
-
-static const object *object_at(const description *d, category which, size_t index,
-                               const char *type) {
-    assert_true(index < d->objects[which].count);
-    const object *o = &d->objects[which].items[index];
-    assert_string_equal(o->type->name, type);
-    return o;
-}
-
-static const void *field_of(const object *o, const char *name) {
-    const field *f = type_find_field(o->type, name);
-    assert_non_null(f);
-    return (const char *)o->desc + f->offset;
 }
 
 static void near(double a, double b) {

@@ -13,6 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "described.h"
 #include "geometry/mesh.h"
 #include "importers/importer.h"
 #include "maths/functions.h"
@@ -49,21 +50,6 @@ static description *read_world(const char *before, const char *text) {
     return d;
 }
 
-static const object *object_at(const description *d, category which, size_t index,
-                               const char *type) {
-    assert_true(index < d->objects[which].count);
-    const object *o = &d->objects[which].items[index];
-    assert_string_equal(o->type->name, type);
-    return o;
-}
-
-static const void *field_of(const object *o, const char *name) {
-    const field *f = type_find_field(o->type, name);
-    if (f == NULL) print_error("%s has no %s\n", o->type->name, name);
-    assert_non_null(f);
-    return (const char *)o->desc + f->offset;
-}
-
 static void near_to(double a, double b, double tolerance) {
     if (!(fabs(a - b) <= tolerance * (1 + fabs(b)))) print_error("%.9g is not %.9g\n", a, b);
     assert_true(fabs(a - b) <= tolerance * (1 + fabs(b)));
@@ -72,10 +58,6 @@ static void near(double a, double b) { near_to(a, b, 1e-5); }
 
 static void number_is(const object *o, const char *name, double value) {
     near((double)*(const float *)field_of(o, name), value);
-}
-static int int_of(const object *o, const char *name) { return *(const int32_t *)field_of(o, name); }
-static snell_input input_of(const object *o, const char *name) {
-    return *(const snell_input *)field_of(o, name);
 }
 static void near3(vec3 v, double x, double y, double z) {
     near((double)v.x, x);

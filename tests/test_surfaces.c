@@ -15,6 +15,7 @@
 
 #include "base/memory.h"
 #include "cpu_time.h"
+#include "described.h"
 #include "geometry/mesh.h"
 #include "importers/files.h"
 #include "importers/number.h"
@@ -103,20 +104,6 @@ static void refused(const char *name, const char *text, uint32_t line, uint32_t 
 static const mesh_desc *mesh_at(const description *d, size_t index) {
     assert_true(index < d->objects[CATEGORY_SHAPE].count);
     return d->objects[CATEGORY_SHAPE].items[index].desc;
-}
-
-static const void *field_of(const object *o, const char *name) {
-    const field *f = type_find_field(o->type, name);
-    if (f == NULL) print_error("%s has no %s\n", o->type->name, name);
-    assert_non_null(f);
-    return (const char *)o->desc + f->offset;
-}
-static double float_of(const object *o, const char *name) {
-    return (double)*(const float *)field_of(o, name);
-}
-static int int_of(const object *o, const char *name) { return *(const int32_t *)field_of(o, name); }
-static snell_input input_of(const object *o, const char *name) {
-    return *(const snell_input *)field_of(o, name);
 }
 
 static const object *material_of(const description *d, const char *name) {

@@ -18,7 +18,7 @@ static bounds3 bounds(const void *desc) {
 /* Both roots, t[0] <= t[1]. The origin is moved to the ray's closest approach to the centre before
  * the discriminant is formed, and the nearer root is c/q, so that neither cancels (Haines,
  * Guenther, Akenine-Moeller, Precision Improvements for Ray/Sphere Intersection, Ray Tracing Gems
- * 2019). meet_sphere (accel/kernels/spheres.inl) does the same for many rays. */
+ * 2019). meet_spheres (accel/kernels/spheres.inl) does the same for eight rays. */
 static bool solve(const sphere_desc *sphere, const local_ray *beam, double t[2]) {
     dvec3 d = dvec3_from(beam->d);
     dvec3 f = dvec3_sub(dvec3_from(sphere->center), dvec3_from(beam->o));
