@@ -8,6 +8,7 @@
 
 #include "base/memory.h"
 #include "importers/assimp_reader.h"
+#include "importers/params.h"
 #include "maths/functions.h"
 
 /* ---- textures ---- */
@@ -105,19 +106,6 @@ typedef struct look {
     bool has_facets; /* a roughness or metalness */
     double roughness, metallic, clearcoat, clearcoat_roughness;
 } look;
-
-enum { PARAMS_MAX = 10 };
-typedef struct params {
-    snell_param list[PARAMS_MAX];
-    size_t count;
-} params;
-
-static void add_input(params *p, const char *name, snell_input value) {
-    p->list[p->count++] = (snell_param){name, SNELL_PARAM_INPUT, {.input = value}};
-}
-static void add_float(params *p, const char *name, double value) {
-    p->list[p->count++] = (snell_param){name, SNELL_PARAM_FLOAT, {.f = value}};
-}
 
 static snell_status add(reader *r, const look *k, const char *type, params *p, uint32_t *out) {
     if (vec3_largest(k->emission.value) > 0) add_input(p, "emission", k->emission);

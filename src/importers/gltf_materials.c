@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "importers/params.h"
 #include "maths/functions.h"
 
 /* ---- images ---- */
@@ -87,7 +88,7 @@ static snell_status add_texture(gltf *g, const char *where, size_t sampler_index
         sampler_index == SIZE_MAX ? NULL : json_item(g, "samplers", sampler_index);
     size_t filter = json_index(sampler, "magFilter", GL_LINEAR);
     size_t size = (size_t)pixels->width * pixels->height * pixels->channels;
-    snell_param params[] = {
+    snell_param list[] = {
         {"width", SNELL_PARAM_INT, {.i = pixels->width}},
         {"height", SNELL_PARAM_INT, {.i = pixels->height}},
         {"format", SNELL_PARAM_STRING, {.s = image_format_word(pixels)}},
@@ -104,9 +105,9 @@ static snell_status add_texture(gltf *g, const char *where, size_t sampler_index
     uint32_t index;
     snell_status status = gltf_spend(g, where, size);
     if (!status)
-        status = description_add(g->d, CATEGORY_TEXTURE, "image", params,
-                                 sizeof params / sizeof params[0],
-                                 (object_source){NULL, g->path, 0}, &index);
+        status =
+            description_add(g->d, CATEGORY_TEXTURE, "image", list, sizeof list / sizeof list[0],
+                            (object_source){NULL, g->path, 0}, &index);
     if (status) return gltf_blame(g, where, status);
     *out = (snell_texture_id){index + 1, g->d->objects[CATEGORY_TEXTURE].items[index].generation};
     return SNELL_OK;
@@ -280,20 +281,6 @@ typedef struct surface {
     double cutoff, ior, opacity;
     layers layers;
 } surface;
-
-enum { PARAMS_MAX = 32 };
-typedef struct params {
-    snell_param list[PARAMS_MAX];
-    size_t count;
-} params;
-
-static void add_param(params *p, snell_param param) { p->list[p->count++] = param; }
-static void add_input(params *p, const char *name, snell_input value) {
-    add_param(p, (snell_param){name, SNELL_PARAM_INPUT, {.input = value}});
-}
-static void add_float(params *p, const char *name, double value) {
-    add_param(p, (snell_param){name, SNELL_PARAM_FLOAT, {.f = value}});
-}
 
 static void add_common(params *p, const surface *s) {
     if (s->has_emission) {

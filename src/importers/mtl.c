@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "importers/maps.h"
 #include "importers/number.h"
+#include "importers/params.h"
 #include "importers/surfaces.h"
 #include "maths/functions.h"
 
@@ -528,19 +529,6 @@ typedef struct look {
     float normal_scale, bump_scale;
     double exponent, ior;
 } look;
-
-enum { PARAMS_MAX = 20 };
-typedef struct params {
-    snell_param list[PARAMS_MAX];
-    size_t count;
-} params;
-
-static void add_input(params *p, const char *name, snell_input value) {
-    p->list[p->count++] = (snell_param){name, SNELL_PARAM_INPUT, {.input = value}};
-}
-static void add_float(params *p, const char *name, double value) {
-    p->list[p->count++] = (snell_param){name, SNELL_PARAM_FLOAT, {.f = value}};
-}
 
 static snell_input grey(double value) {
     float v = (float)value;
