@@ -60,34 +60,57 @@ static dvec3 surface_filter(wave *w, const shade_point *p, bool met, media *m) {
     return dvec3_add(sum, dvec3_scale(bsdf_passing(&b), pass));
 }
 
-/* Walks through everything that filters; in appel and whitted light goes straight on through glass.
- * Light that a path may meet by itself has to pass what casts no shadow too: else it would count
- * through it as a shadow ray, and again, or not at all, as what the path meets. */
-static dvec3 shadow_filter(wave *w, shadow_ray *of, ray *r) {
+/* Shadow rays that walk through what filters, side by side; in appel and whitted light goes straight on
+ * through glass. Light that a path may meet by itself has to pass what casts no shadow too: else it would
+ * count through it as a shadow ray, and again, or not at all, as what the path meets. */
+enum { WALKS = 128 };
+typedef struct walks {
+    size_t count;
+    uint32_t shadow[WALKS]; /* which it is */
+    ray rays[WALKS];
+    hit hits[WALKS];
+    double from[WALKS], length[WALKS]; /* of the last hit; of the direction, metres */
+    dvec3 through[WALKS];
+} walks;
+
+static bool must_walk(const wave *w, const shadow_ray *of) {
     const scene *s = w->settings.scene;
-    dvec3 through = {1, 1, 1};
-    double from = 0, length = dvec3_length(dvec3_from(r->d)); /* metres */
-    r->mask = MASK_FILTER | (of->met ? MASK_NO_SHADOW : 0u);
-    for (int step = 0; step < FILTER_STEPS_MAX; step++) {
-        hit h;
-        accel_trace(s->accel, w->settings.isa, r, &h, 1, &w->stats.shadow_counters);
-        double end = h.instance == NO_ID ? (double)r->t_max : (double)h.t;
-        through = dvec3_mul(through, media_transmittance(&of->media, s, (end - from) * length));
-        if (h.instance == NO_ID) return through;
-        shade_point p;
-        scene_shade_point(s, r, &h, &p);
-        through = dvec3_mul(through, surface_filter(w, &p, of->met, &of->media));
-        if (!(dvec3_largest(through) > 0)) {
-            if (w->settings.record) record_stopped(w, &h);
-            return through;
-        }
-        from = end;
-        r->after_t = h.t;
-        r->after_instance = h.instance;
-        r->after_primitive = h.primitive;
+    return s->has_filters || (of->met && s->has_unshadowing);
+}
+
+static void add_walk(walks *k, const wave *w, uint32_t shadow) {
+    size_t i = k->count++;
+    const ray *r = &w->shadow_rays[shadow];
+    k->shadow[i] = shadow;
+    k->rays[i] = *r;
+    k->rays[i].mask = MASK_FILTER | (w->shadows[shadow].met ? MASK_NO_SHADOW : 0u);
+    k->from[i] = 0;
+    k->length[i] = dvec3_length(dvec3_from(r->d));
+    k->through[i] = (dvec3){1, 1, 1};
+}
+
+/* From what was met, or the light. False: it ends there. */
+static bool step_walk(wave *w, walks *k, size_t i) {
+    const scene *s = w->settings.scene;
+    shadow_ray *of = &w->shadows[k->shadow[i]];
+    ray *r = &k->rays[i];
+    const hit *h = &k->hits[i];
+    double end = h->instance == NO_ID ? (double)r->t_max : (double)h->t;
+    dvec3 passed = media_transmittance(&of->media, s, (end - k->from[i]) * k->length[i]);
+    k->through[i] = dvec3_mul(k->through[i], passed);
+    if (h->instance == NO_ID) return false;
+    shade_point p;
+    scene_shade_point(s, r, h, &p);
+    k->through[i] = dvec3_mul(k->through[i], surface_filter(w, &p, of->met, &of->media));
+    if (!(dvec3_largest(k->through[i]) > 0)) {
+        if (w->settings.record) record_stopped(w, h);
+        return false;
     }
-    w->stats.blocked_by_cap++;
-    return (dvec3){0, 0, 0};
+    k->from[i] = end;
+    r->after_t = h->t;
+    r->after_instance = h->instance;
+    r->after_primitive = h->primitive;
+    return true;
 }
 
 /* The caller may trace rays of its own on this thread while it is told. */
@@ -96,28 +119,60 @@ void wave_look_up(wave *w) {
     if (w->go_on && !w->stopped && !w->go_on(w->user, &w->stats)) w->stopped = true;
 }
 
+static void light_arrives(wave *w, size_t shadow, dvec3 arriving) {
+    if (w->settings.record) record_shadow(w, shadow, arriving);
+    if (w->aovs) aov_shadow(w, shadow, arriving);
+    film_block_add(w->film, w->shadows[shadow].pixel, arriving);
+}
+
+static void end_walk(wave *w, const walks *k, size_t i, dvec3 through) {
+    uint32_t shadow = k->shadow[i];
+    if (w->settings.record) record_filtered(w, shadow, through);
+    light_arrives(w, shadow, dvec3_mul(dvec3_from(w->shadows[shadow].light), through));
+}
+
+/* All step by step, until none is left. */
+static void finish_walks(wave *w, walks *k) {
+    for (int step = 0; step < FILTER_STEPS_MAX && k->count > 0; step++) {
+        size_t left = 0;
+        accel_trace(w->settings.scene->accel, w->settings.isa, k->rays, k->hits, k->count,
+                    &w->stats.shadow_counters);
+        for (size_t i = 0; i < k->count; i++) {
+            if (!step_walk(w, k, i)) {
+                end_walk(w, k, i, k->through[i]);
+                continue;
+            }
+            k->shadow[left] = k->shadow[i];
+            k->rays[left] = k->rays[i];
+            k->from[left] = k->from[i], k->length[left] = k->length[i];
+            k->through[left++] = k->through[i];
+        }
+        k->count = left;
+    }
+    w->stats.blocked_by_cap += k->count;
+    for (size_t i = 0; i < k->count; i++) end_walk(w, k, i, (dvec3){0, 0, 0});
+    k->count = 0;
+    wave_look_up(w);
+}
+
 void wave_test_shadows(wave *w) {
-    enum { WALKS_BETWEEN_LOOKS = 256 };
-    const scene *s = w->settings.scene;
-    shadow_ray *shadows = w->shadows;
+    walks k;
+    k.count = 0;
     wave_phase before = wave_begin_phase(w, WAVE_SHADOWS);
-    accel_occluded(s->accel, w->settings.isa, w->shadow_rays, w->blocked, w->shadow_count,
-                   &w->stats.shadow_counters);
+    accel_occluded(w->settings.scene->accel, w->settings.isa, w->shadow_rays, w->blocked,
+                   w->shadow_count, &w->stats.shadow_counters);
     if (w->settings.record) record_blocked(w);
     if (w->aovs) aov_traced_shadows(w);
     for (size_t i = 0; i < w->shadow_count && !w->stopped; i++) {
         if (w->blocked[i]) continue;
-        dvec3 arriving = dvec3_from(shadows[i].light);
-        if (s->has_filters || (shadows[i].met && s->has_unshadowing)) {
-            dvec3 through = shadow_filter(w, &shadows[i], &w->shadow_rays[i]);
-            if (w->settings.record) record_filtered(w, i, through);
-            arriving = dvec3_mul(arriving, through);
-            if (i % WALKS_BETWEEN_LOOKS == WALKS_BETWEEN_LOOKS - 1) wave_look_up(w);
+        if (!must_walk(w, &w->shadows[i])) {
+            light_arrives(w, i, dvec3_from(w->shadows[i].light));
+            continue;
         }
-        if (w->settings.record) record_shadow(w, i, arriving);
-        if (w->aovs) aov_shadow(w, i, arriving);
-        film_block_add(w->film, shadows[i].pixel, arriving);
+        add_walk(&k, w, (uint32_t)i);
+        if (k.count == WALKS) finish_walks(w, &k);
     }
+    if (k.count > 0 && !w->stopped) finish_walks(w, &k);
     w->shadow_count = 0;
     wave_begin_phase(w, before);
 }
