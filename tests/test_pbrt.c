@@ -748,6 +748,7 @@ static void what_is_wrong_is_said_with_its_place(void **state) {
         {"WorldBegin\nShape \"sphere\" \"flat radius\" 1", 2, 16, "unknown type 'flat'"},
         {"WorldBegin\nShape \"sphere\" \"point P\" [1 2 3]", 2, 16, "older pbrt"},
         {"WorldBegin\nShape \"sphere\" \"radius\" 1", 2, 16, "needs a type and a name"},
+        {"WorldBegin\nMakeNamedMaterial \"m\" \"type\" \"x\"", 2, 23, "needs a type and a name"},
         {"WorldBegin\nShape \"sphere\n", 2, 7, "does not end on its line"},
         {"WorldBegin\nShape \"a\\q\"", 2, 10, "no character"},
         {"WorldBegin\nTranslate 1 2 x", 2, 15, "needs a number here"},

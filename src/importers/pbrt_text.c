@@ -295,10 +295,14 @@ snell_status pbrt_read_params(pbrt *p, pbrt_params *out) {
         }
         pbrt_param *param = memory_zeroed(1, sizeof *param);
         if (param == NULL) return pbrt_blame(p, p->place, error_no_memory());
-        param->next = out->own;
         param->space = p->state.space;
+        if (split_declaration(p, param)) { /* in the list, all have names */
+            pbrt_param_free(param);
+            break;
+        }
+        param->next = out->own;
         out->own = param;
-        if (split_declaration(p, param) || read_values(p, param)) break;
+        if (read_values(p, param)) break;
     }
     return p->status;
 }

@@ -1,10 +1,5 @@
-/* A libFuzzer target per reader of model files: built with -DREADER=ply and so on, see tests/CMakeLists.txt.
- *
- *     cmake --preset asan -B build/fuzz -DCMAKE_C_COMPILER=clang -DSNELL_FUZZ=ON -DSNELL_SIMD=OFF
- *     cmake --build build/fuzz --target fuzz
- *     build/fuzz/tests/fuzz_obj -max_total_time=60 -rss_limit_mb=512 -timeout=1 build/fuzz/seeds/obj
- *
- * What follows "@@" in the input of fuzz_obj is the material library "m". */
+/* A libFuzzer target per reader of model files: built with -DREADER=ply and so on, run by tools/fuzz. What follows
+ * "@@" in the input of fuzz_obj is the material library "m". */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

@@ -1,10 +1,5 @@
-/* A libFuzzer target per reader of scene files: built with -DFORMAT=gltf or pbrt, see tests/CMakeLists.txt. An input is
- * a file; of odd size it is read at its second frame.
- *
- *     cmake --preset asan -B build/fuzz -DCMAKE_C_COMPILER=clang -DCMAKE_CXX_COMPILER=clang++ -DSNELL_FUZZ=ON -DSNELL_SIMD=OFF
- *     cmake --build build/fuzz --target fuzz
- *     build/fuzz/tests/fuzz_gltf -max_len=8192 -max_total_time=60 CORPUS tests/data/gltf tests/data/models
- *     build/fuzz/tests/fuzz_pbrt -max_len=4096 -max_total_time=60 -timeout=20 CORPUS scenes */
+/* A libFuzzer target per reader of scene files: built with -DFORMAT=gltf and so on, run by tools/fuzz. An input is a
+ * file; of odd size it is read at its second frame. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <sys/mman.h>
