@@ -11,6 +11,10 @@ light.directional { direction = {-1, -2, -1}, irradiance = 3 }
 background { color = {0.2, 0.3, 0.6} }
 box { min = {-1, -1, -1}, max = {1, 1, 1}, material = material.lambert { color = {0.8, 0.3, 0.1} } }
 END
+cat >unlit.lua <<'END'
+camera { from = {0, 1, 4}, at = {0, 0, 0} }
+sphere { radius = 1, material = material.lambert { color = {0.8, 0.3, 0.1} } }
+END
 cat >anim.lua <<'END'
 animation { fps = 12, first = 1, last = 6 }
 camera { from = {0, 0, 5}, at = {0, 0, 0} }
@@ -156,6 +160,9 @@ animations() {
     prints "1 frame$"
     prints -- "--frame=2"
     run 0 anim.lua "${small[@]}" --frames 1..2 -o n.png # numbered, as before
+    grep -v camera anim.lua >bare.lua
+    run 0 bare.lua "${small[@]}" --frames 2..4 -o bare.png
+    grep -c "added: camera" err | grep -qx 1 || fail "what was added to frames is not said once"
     exists n.0001.png n.0002.png
     if built webp; then
         run 0 anim.lua "${small[@]}" --frames 1..6 -o a.webp
@@ -241,6 +248,13 @@ turntables() {
     run 0 my.lua "${small[@]}" --turntable 5 --frame 2 -o own.png # the file's own camera turns too
     run 0 my.lua "${small[@]}" -o own1.png
     run 1 compare own.png own1.png
+    run 0 unlit.lua "${small[@]}" --turntable 4 -o 'ball.%04d.png' # the studio's light turns with it
+    grep -c added err | grep -qx 1 || fail "what was added is not said once"
+    run 0 unlit.lua "${small[@]}" -o ball.png
+    run 0 compare ball.png ball.0001.png
+    run 0 compare ball.png ball.0003.png --max-rmse 0.02
+    run 0 my.lua "${small[@]}" --turntable 3 --json -o loads.apng # one load for all frames
+    [ "$(grep -c '"load": 0.0,' out)" = 2 ] || fail "a frame of a turntable loads the file again"
     wrong "--turntable: its frames are 1 to 4, 5 is none" "" tetra.gltf --turntable 4 --frame 5
     wrong "--turntable: '0' is not" "" tetra.gltf --turntable 0
     wrong "--turntable makes several pictures" "y4m" tetra.gltf --turntable 3 -o -
@@ -289,7 +303,7 @@ folders() {
 
 for test in formats looks animations stopping turntables cameras folders; do
     mkdir -p "$work/$test"
-    cp my.lua anim.lua tetra.gltf "$work/$test"
+    cp my.lua anim.lua unlit.lua tetra.gltf "$work/$test"
     cd "$work/$test" && { $test; cd "$work"; }
     echo "ok: $test"
 done

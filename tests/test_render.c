@@ -611,6 +611,39 @@ static void what_is_too_large_for_the_studio_says_so(void **state) {
     }
 }
 
+static uint64_t hash_from(double azimuth) {
+    snell_bounds bounds = {{-1, -1, -1}, {1, 1, 1}};
+    snell_view view = SNELL_INIT(view);
+    MUST(snell_view_frame(&view, &bounds, (float)azimuth, 0.4f, 1));
+    snell_render_desc d = picture(SNELL_WHITTED, 32, 32, 1);
+    d.view = &view;
+    MUST(snell_render(bench.scene, &d, bench.film));
+    return snell_film_hash(bench.film);
+}
+
+/* As if it had been put up there, though nothing is committed again. */
+static void the_studio_turns_without_a_commit(void **state) {
+    (void)state;
+    uint64_t hash[3];
+    for (int i = 0; i < 3; i++) {
+        const float from[2] = {i == 1 ? (float)(0.25 + 1.5) : 0.25f, 0.4f};
+        rig_clear(&bench);
+        add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
+        MUST(snell_scene_add_studio(bench.scene, from, NULL));
+        commit();
+        if (i == 2) MUST(snell_scene_turn_studio(bench.scene, 1.5));
+        hash[i] = hash_from(0.25 + 1.5);
+    }
+    assert_true(hash[0] != hash[1]);
+    assert_true(hash[1] == hash[2]);
+    MUST(snell_scene_turn_studio(bench.scene, 0));
+    assert_true(hash_from(0.25 + 1.5) == hash[0]);
+    assert_int_equal(snell_scene_turn_studio(bench.scene, (double)NAN), SNELL_ERR_ARGUMENT);
+    assert_int_equal(snell_scene_turn_studio(NULL, 1), SNELL_ERR_ARGUMENT);
+    rig_clear(&bench);
+    MUST(snell_scene_turn_studio(bench.scene, 1)); /* there is none */
+}
+
 /* ---- bad arguments ---- */
 
 static bool never(void *user, const snell_progress *progress) {
@@ -1067,6 +1100,7 @@ int main(void) {
         cmocka_unit_test_setup(a_picture_without_exposure_is_refused, fresh),
         cmocka_unit_test_setup(a_cancelled_commit_says_so, fresh),
         cmocka_unit_test_setup(what_is_too_large_for_the_studio_says_so, fresh),
+        cmocka_unit_test_setup(the_studio_turns_without_a_commit, fresh),
         cmocka_unit_test_setup(bad_objects_are_refused, fresh),
         cmocka_unit_test_setup(nothing_shadows_itself, fresh),
     };

@@ -34,6 +34,8 @@ typedef struct run {
     snell_film *film;
     json_t *results;
     size_t pictures, failed, planned;
+    stage kept; /* prepared for the next view of the same scene; no scene: none is */
+    uint32_t kept_frame;
     snell_movie *movie; /* NULL: none is begun */
     movie_progress done;
 } run;
@@ -162,16 +164,47 @@ static bool is_next_view(const job *j) {
     return s->camera > 0 || s->turn > j->stage.values->frame_first;
 }
 
+static void forget_scene(run *r) {
+    snell_scene_destroy(r->kept.scene);
+    r->kept.scene = NULL;
+}
+
+/* Where only the camera is another one, the scene is the one of the picture before. */
+static int prepare(job *j) {
+    run *r = j->run;
+    stage *s = &j->stage;
+    if (r->kept_frame != s->session->frame) forget_scene(r);
+    if (r->kept.scene != NULL) {
+        *s = r->kept;
+        r->kept.scene = NULL;
+        return stage_look_again(s);
+    }
+    int code = session_load(s->session, s->input, &s->scene);
+    j->load = progress_seconds();
+    if (code == EXIT_DONE && s->options->value[OPT_STRIP] == NULL)
+        code = stage_status(s, snell_scene_hash(s->scene, &s->hash));
+    return code == EXIT_DONE ? stage_prepare(s) : code;
+}
+
+/* The next picture may want the scene; not one that something is wrong with. */
+static void keep_scene(job *j, bool well) {
+    const render_values *v = j->stage.values;
+    run *r = j->run;
+    if (well && (v->turntable > 0 || v->all_cameras)) {
+        r->kept = j->stage;
+        r->kept_frame = j->stage.session->frame;
+    } else {
+        snell_scene_destroy(j->stage.scene);
+    }
+    j->stage.scene = NULL;
+}
+
 static int run_job(job *j, bool whole) {
     /* The name of a camera is known when the file is read. */
     bool early = !j->stage.values->all_cameras;
     int code = early ? plan(j, whole) : EXIT_DONE;
     report_mute(is_next_view(j));
-    if (code == EXIT_DONE) code = session_load(j->stage.session, j->stage.input, &j->stage.scene);
-    j->load = progress_seconds();
-    if (code == EXIT_DONE && j->stage.options->value[OPT_STRIP] == NULL)
-        code = stage_status(&j->stage, snell_scene_hash(j->stage.scene, &j->stage.hash));
-    if (code == EXIT_DONE) code = stage_prepare(&j->stage);
+    if (code == EXIT_DONE) code = prepare(j);
     report_mute(false);
     if (code == EXIT_DONE && !early) code = plan(j, whole);
     if (code == EXIT_DONE) code = output_check_size(&j->output, &j->stage.desc);
@@ -179,8 +212,7 @@ static int run_job(job *j, bool whole) {
     j->build = progress_seconds() - j->load;
     if (code == EXIT_DONE) code = render_and_write(j);
     progress_end();
-    snell_scene_destroy(j->stage.scene);
-    j->stage.scene = NULL;
+    keep_scene(j, code == EXIT_DONE);
     return code;
 }
 
@@ -492,6 +524,7 @@ static int render_cameras(run *r, const char *input, bool whole) {
     do {
         code = render_frames(r, input, whole, &cameras);
     } while (r->values->all_cameras && ++r->session->camera < cameras && signals_caught() == 0);
+    forget_scene(r);
     return code;
 }
 

@@ -136,10 +136,10 @@ static int take_camera(stage *s, uint32_t index) {
     return EXIT_DONE;
 }
 
-static int choose_camera(stage *s, uint32_t count) {
+static int choose_camera(stage *s) {
     const char *wanted = s->options->value[OPT_CAMERA];
+    uint32_t count = s->camera_count;
     uint64_t number = 0;
-    s->camera_count = count;
     if (s->values->all_cameras && count > 0) return take_camera(s, s->session->camera);
     if (wanted == NULL || s->values->all_cameras) return EXIT_DONE;
     for (uint32_t i = 0; i < count; i++) {
@@ -157,32 +157,36 @@ static int choose_camera(stage *s, uint32_t count) {
         s, snell_scene_get_camera(s->scene, (uint32_t)(number - 1), &info, &s->desc.camera));
 }
 
-/* From where everything is framed, azimuth and elevation. */
-static void stage_direction(const stage *s, float at[2]) {
-    const float *from = s->values->has_view ? s->values->view : default_view;
-    at[0] = (float)((double)from[0] + turned(s));
-    at[1] = from[1];
+/* From where everything is framed, azimuth and elevation, before it turns. */
+static const float *stage_direction(const stage *s) {
+    return s->values->has_view ? s->values->view : default_view;
+}
+
+/* Before anything was added. */
+static int find_bounds(stage *s) {
+    if (s->has_bounds) return EXIT_DONE;
+    s->has_bounds = true;
+    return stage_status(s, snell_scene_bounds(s->scene, &s->bounds));
 }
 
 /* Frames everything, for --view and for files without a camera; where there are only planes, a
  * box around the origin. All of --frames are seen as the first is, or the camera would jump. */
 static int frame_all(stage *s) {
     const render_values *v = s->values;
-    float at[2];
-    stage_direction(s, at);
+    const float *from = stage_direction(s);
     session *kept = s->session;
-    snell_bounds bounds;
     bool keep = v->many_frames && kept->turn == 0;
     if (keep && kept->framed_file == s->input) {
         s->view = kept->framed;
         return EXIT_DONE;
     }
-    int code = stage_status(s, snell_scene_bounds(s->scene, &bounds));
+    int code = find_bounds(s);
     if (code != EXIT_DONE) return code;
     s->view = SNELL_INIT(view);
     s->view.fov = v->fov > 0 ? v->fov : default_fov;
     float aspect = (float)s->desc.width / (float)s->desc.height;
-    code = stage_status(s, snell_view_frame(&s->view, &bounds, at[0], at[1], aspect));
+    float azimuth = (float)((double)from[0] + turned(s));
+    code = stage_status(s, snell_view_frame(&s->view, &s->bounds, azimuth, from[1], aspect));
     if (code != EXIT_DONE || !keep) return code;
     kept->framed_file = s->input;
     kept->framed = s->view;
@@ -191,22 +195,21 @@ static int frame_all(stage *s) {
 
 /* The file's own camera, around the middle of what there is. */
 static int turn_view(stage *s) {
-    snell_bounds bounds;
-    int code = stage_status(s, snell_scene_bounds(s->scene, &bounds));
+    const snell_bounds *b = &s->bounds;
+    int code = find_bounds(s);
     if (code != EXIT_DONE) return code;
     snell_vec3 center = {0, 0, 0};
-    if (bounds.min.x <= bounds.max.x)
-        center = (snell_vec3){(bounds.min.x + bounds.max.x) / 2, (bounds.min.y + bounds.max.y) / 2,
-                              (bounds.min.z + bounds.max.z) / 2};
+    if (b->min.x <= b->max.x)
+        center = (snell_vec3){(b->min.x + b->max.x) / 2, (b->min.y + b->max.y) / 2,
+                              (b->min.z + b->max.z) / 2};
     return stage_status(s, snell_view_turn(&s->view, center, (float)turned(s)));
 }
 
-/* A file without a camera gets one, so that the studio lights for it; a file's own gives way to
- * --view by value, and --fov changes no more than its angle. */
-static int choose_view(stage *s, bool own_camera) {
+/* A file's own camera gives way to --view by value, and --fov changes no more than its angle. */
+static int choose_view(stage *s) {
     const render_values *v = s->values;
     int code = EXIT_DONE;
-    if (v->has_view || !own_camera) {
+    if (v->has_view || s->camera_count == 0) {
         code = frame_all(s);
     } else if (v->fov > 0 || v->turntable > 0) {
         code = stage_status(s, snell_scene_get_view(s->scene, s->desc.camera, &s->view));
@@ -216,22 +219,26 @@ static int choose_view(stage *s, bool own_camera) {
         return EXIT_DONE;
     }
     s->desc.view = &s->view;
-    if (code == EXIT_DONE && !own_camera) {
-        snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
-        camera.from = s->view.from;
-        camera.at = s->view.at;
-        camera.up = s->view.up;
-        camera.fov = s->view.fov;
-        code =
-            stage_status(s, snell_scene_add_perspective_camera(s->scene, &camera, &s->desc.camera));
-    }
     return code;
+}
+
+/* A file without a camera gets one, so that the studio lights for it. */
+static int add_camera(stage *s) {
+    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
+    camera.from = s->view.from;
+    camera.at = s->view.at;
+    camera.up = s->view.up;
+    camera.fov = s->view.fov;
+    return stage_status(s, snell_scene_add_perspective_camera(s->scene, &camera, &s->desc.camera));
 }
 
 /* ---- load and light ---- */
 
-/* What the file lacked; a background that the command line gave was not added by the studio. */
-static void say_added(stage *s, bool own_camera) {
+/* What the file lacked; a background that the command line gave was not added by the studio. Of frames, the first
+ * says it for all. */
+static void say_added(stage *s) {
+    bool own_camera = s->camera_count > 0;
+    bool later = s->values->many_frames && s->session->frame > s->values->frame_first;
     static const char background[] = "background";
     char studio[64];
     snprintf(studio, sizeof studio, "%s", s->studio == NULL ? "" : s->studio);
@@ -242,7 +249,7 @@ static void say_added(stage *s, bool own_camera) {
     }
     snprintf(s->added, sizeof s->added, "%s%s%s", own_camera ? "" : "camera",
              own_camera || studio[0] == '\0' ? "" : ", ", studio);
-    if (s->added[0] != '\0') {
+    if (s->added[0] != '\0' && !later) {
         const char *slash = strrchr(s->input, '/');
         report_note("added: %s (%s has none)", s->added,
                     session_label(slash != NULL && slash[1] != '\0' ? slash + 1 : s->input));
@@ -270,15 +277,14 @@ static int commit(stage *s) {
 
 /* The ground comes after the framing: it is larger than what stands on it. The background comes
  * after the studio, which takes one for a sign that the scene is lit. */
-static int dress(stage *s, bool own_camera) {
+static int dress(stage *s) {
     const render_values *v = s->values;
     snell_instance_id id;
-    int code = EXIT_DONE;
-    if (!v->light_none) {
-        float from[2]; /* it turns with whom it lights for */
-        stage_direction(s, from);
-        bool given = v->has_view || (v->turntable > 0 && !own_camera);
-        code = stage_status(s, snell_scene_add_studio(s->scene, given ? from : NULL, &s->studio));
+    int code = s->camera_count == 0 ? add_camera(s) : EXIT_DONE;
+    if (code == EXIT_DONE && !v->light_none) {
+        bool given = v->has_view || (v->turntable > 0 && s->camera_count == 0);
+        const float *from = given ? stage_direction(s) : NULL;
+        code = stage_status(s, snell_scene_add_studio(s->scene, from, &s->studio));
     }
     if (code == EXIT_DONE && v->has_background) {
         code = stage_status(s, snell_scene_set_background(s->scene, v->background, 1));
@@ -289,23 +295,35 @@ static int dress(stage *s, bool own_camera) {
     return code;
 }
 
+/* The camera, and the studio's lights, which go where a turntable's camera goes. */
+static int look(stage *s, bool first) {
+    s->desc = s->usual;
+    int code = choose_camera(s);
+    if (code == EXIT_DONE) code = choose_view(s);
+    if (code == EXIT_DONE && first) code = dress(s);
+    if (code == EXIT_DONE && s->values->turntable > 0)
+        code = stage_status(s, snell_scene_turn_studio(s->scene, turned(s)));
+    return code;
+}
+
+int stage_look_again(stage *s) { return look(s, false); }
+
 int stage_prepare(stage *s) {
     snell_scene_stats stats = {.struct_size = sizeof stats};
     int code = stage_status(s, snell_scene_get_stats(s->scene, &stats));
-    bool own_camera = stats.camera_count > 0;
-    if (code == EXIT_DONE && stats.instance_count == 0 && !own_camera) {
+    s->camera_count = stats.camera_count;
+    if (code == EXIT_DONE && stats.instance_count == 0 && s->camera_count == 0) {
         code = report_error(EXIT_INPUT, "it has neither shapes nor a camera",
                             "%s: there is nothing to see", session_label(s->input));
     }
     if (code == EXIT_DONE) code = apply_settings(s);
-    if (code == EXIT_DONE) code = choose_camera(s, stats.camera_count);
-    if (code == EXIT_DONE) code = choose_view(s, own_camera);
-    if (code == EXIT_DONE) code = dress(s, own_camera);
+    s->usual = s->desc;
+    if (code == EXIT_DONE) code = look(s, true);
     if (code == EXIT_DONE) code = commit(s);
     if (code == EXIT_DONE) {
         warn_of_darkness(s, &stats);
         say_camera(s, &stats);
-        say_added(s, own_camera);
+        say_added(s);
     }
     return code == EXIT_DONE ? report_strict() : code;
 }

@@ -15,17 +15,21 @@ typedef struct stage {
     session *session;
     const char *input; /* as typed */
     snell_scene *scene;
-    uint64_t hash; /* of the scene as it was loaded, where something asks for it */
-    snell_render_desc desc;
+    uint64_t hash;                 /* of the scene as it was loaded, where something asks for it */
+    snell_render_desc desc, usual; /* usual: before a camera was chosen */
     snell_view view;
     const char *studio; /* what it added */
     char added[96];
     uint32_t camera_count; /* of the file */
-    char camera[128];      /* its name, with --camera all */
+    bool has_bounds;
+    snell_bounds bounds; /* of what was loaded, where something asks for them */
+    char camera[128];    /* its name, with --camera all */
 } stage;
 
 /* Dresses and commits s->scene, and fills s->desc. Exit code. */
 int stage_prepare(stage *s);
+/* The same scene, prepared before, for the session's next camera or turn: only the view and the studio's lights change. */
+int stage_look_again(stage *s);
 /* Chooses a frame: of the scene's own time, or of --turntable; 0: none. */
 void stage_set_frame(session *of, const render_values *values, uint32_t frame);
 /* What the command line wants done to the picture. */

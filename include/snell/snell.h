@@ -227,6 +227,10 @@ SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path,
  * NULL) receives a static string such as "camera, lights", "" when nothing was added. */
 SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const float view[2],
                                               const char **added);
+/* Turns the studio's lights about the vertical axis, as snell_view_turn turns a view: by `angle` radians from where
+ * snell_scene_add_studio put them. Nothing happens where it added none. What is rendered next is lit so, without another
+ * commit. */
+SNELL_API snell_status snell_scene_turn_studio(snell_scene *scene, double angle);
 /* A large horizontal disk under everything that was added so far; +Y is up. It touches what it is
  * under, but lies 1e-4 of the size below what has no height. */
 SNELL_API snell_status snell_scene_add_ground(snell_scene *scene, snell_vec3 color,

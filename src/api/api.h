@@ -19,12 +19,22 @@ struct snell_context {
     pthread_mutex_t log_lock;
 };
 
+/* What snell_scene_add_studio lit for, and its lights by index; lit: it added some. */
+typedef struct studio {
+    bool lit, from_direction;
+    float direction[2];
+    bounds3 bounds; /* that the direction framed */
+    snell_view eye;
+    uint32_t key, fill;
+} studio;
+
 /*  any number of readers (queries, renders)  OR  one editor (add, load, commit): the counts are
  * guarded by lock, and what does not fit is SNELL_ERR_STATE at once. */
 struct snell_scene {
     snell_context *context;
     description *description;
     scene *frozen; /* of the last commit; borrows the description's data */
+    studio studio;
     pthread_mutex_t lock;
     uint32_t readers;
     bool editing;

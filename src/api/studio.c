@@ -1,6 +1,7 @@
 /* What a file that brings none gets: a camera, a rig of lights, a sky to reflect, a floor. */
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "api/api.h"
 #include "base/memory.h"
@@ -98,63 +99,80 @@ snell_status snell_view_turn(snell_view *view, vec3 center, float angle) {
     return SNELL_OK;
 }
 
-/* Whom the rig lights for: the first camera, a new one, or who looks from the direction. */
-static snell_status studio_camera(snell_scene *s, const float direction[2], bool *added,
-                                  snell_view *view) {
-    description *d = s->description;
-    *view = SNELL_INIT(view);
-    bool has_camera = d->objects[CATEGORY_CAMERA].count > 0;
-    if (has_camera && direction == NULL) {
-        const object *camera = &d->objects[CATEGORY_CAMERA].items[0];
-        if (camera->type == &camera_perspective.info) {
-            *view = view_from_perspective(camera->desc);
-        } else { /* every camera has these */
-            const camera_common *c = camera->desc;
-            view->from = c->from, view->at = c->at, view->up = c->up;
-        }
-        return SNELL_OK;
-    }
+/* The view from a direction. */
+static snell_status studio_eye(const description *d, const bounds3 *bounds, float azimuth,
+                               float elevation, snell_view *view) {
     const object *render = description_setting(d, "render");
     float aspect = (float)DEFAULT_WIDTH / DEFAULT_HEIGHT;
     if (render) {
         const render_desc *r = render->desc;
         if (r->width > 0 && r->height > 0) aspect = (float)r->width / (float)r->height;
     }
+    *view = SNELL_INIT(view);
+    return snell_view_frame(view, bounds, azimuth, elevation, aspect);
+}
+
+/* Whom the rig lights for: the first camera, a new one, or who looks from the direction. */
+static snell_status studio_camera(snell_scene *s, const float direction[2], bool *added,
+                                  studio *out) {
+    description *d = s->description;
+    bool has_camera = d->objects[CATEGORY_CAMERA].count > 0;
+    if (has_camera && direction == NULL) {
+        const object *camera = &d->objects[CATEGORY_CAMERA].items[0];
+        out->eye = SNELL_INIT(view);
+        if (camera->type == &camera_perspective.info) {
+            out->eye = view_from_perspective(camera->desc);
+        } else { /* every camera has these */
+            const camera_common *c = camera->desc;
+            out->eye.from = c->from, out->eye.at = c->at, out->eye.up = c->up;
+        }
+        return SNELL_OK;
+    }
     /* From (1, .6, 1.4). */
-    float azimuth = 0.6202495f, elevation = 0.3355545f;
-    if (direction) azimuth = direction[0], elevation = direction[1];
-    bounds3 bounds = description_bounds(d);
-    snell_status status = snell_view_frame(view, &bounds, azimuth, elevation, aspect);
+    out->direction[0] = direction ? direction[0] : 0.6202495f;
+    out->direction[1] = direction ? direction[1] : 0.3355545f;
+    out->from_direction = true;
+    out->bounds = description_bounds(d);
+    snell_status status =
+        studio_eye(d, &out->bounds, out->direction[0], out->direction[1], &out->eye);
     if (status || has_camera) return status;
-    perspective_desc desc = view_to_perspective(view);
+    perspective_desc desc = view_to_perspective(&out->eye);
     uint32_t index1;
     *added = true;
     return scene_add_typed(s, CATEGORY_CAMERA, "perspective", &desc, &index1);
 }
 
-static snell_status add_directional(snell_scene *s, dvec3 towards_light, float irradiance) {
-    vec3 direction = vec3_from(dvec3_negate(dvec3_normalize(towards_light)));
-    const snell_param params[] = {
-        {.name = "direction", .kind = SNELL_PARAM_VEC3, .value.v = direction},
-        {.name = "irradiance", .kind = SNELL_PARAM_FLOAT, .value.f = (double)irradiance}};
-    return snell_scene_add_light(s, "directional", params, 2, NULL);
-}
+typedef struct rig {
+    snell_param key[2], fill; /* of a directional light and a headlight */
+} rig;
 
 /* A key over the camera's left shoulder, and a fill at the camera that casts no shadow. On a white
  * surface that faces the key they add up to a radiance of about 1. */
-static snell_status studio_lights(snell_scene *s, const snell_view *view) {
+static snell_status studio_rig(const snell_scene *s, const snell_view *view, rig *out) {
     dvec3 back = dvec3_normalize(dvec3_sub(dvec3_from(view->from), dvec3_from(view->at)));
     dvec3 right = dvec3_normalize(dvec3_cross(dvec3_from(view->up), back)),
           up = dvec3_cross(back, right);
     dvec3 key = dvec3_add(dvec3_add(dvec3_scale(back, 0.9), dvec3_scale(up, 1.0)),
                           dvec3_scale(right, -0.75));
-    snell_status status = add_directional(s, key, 2.9f);
+    vec3 direction = vec3_from(dvec3_negate(dvec3_normalize(key)));
     dvec3 offset = dvec3_sub(dvec3_from(view->from), dvec3_from(view->at));
     double intensity = 0.8 * dvec3_dot(offset, offset);
-    if (!isfinite((float)intensity)) return too_large(description_bounds(s->description));
-    const snell_param fill = {.name = "intensity", .kind = SNELL_PARAM_FLOAT, .value.f = intensity};
-    if (!status) status = snell_scene_add_light(s, "headlight", &fill, 1, NULL);
-    return status;
+    *out = (rig){{{.name = "direction", .kind = SNELL_PARAM_VEC3, .value.v = direction},
+                  {.name = "irradiance", .kind = SNELL_PARAM_FLOAT, .value.f = (double)2.9f}},
+                 {.name = "intensity", .kind = SNELL_PARAM_FLOAT, .value.f = intensity}};
+    return isfinite((float)intensity) ? SNELL_OK : too_large(description_bounds(s->description));
+}
+
+static snell_status studio_lights(snell_scene *s, studio *at) {
+    rig lights;
+    snell_light_id key, fill;
+    snell_status status = studio_rig(s, &at->eye, &lights);
+    if (!status) status = snell_scene_add_light(s, "directional", lights.key, 2, &key);
+    if (!status) status = snell_scene_add_light(s, "headlight", &lights.fill, 1, &fill);
+    if (status) return status;
+    at->lit = true;
+    at->key = key.index1 - 1, at->fill = fill.index1 - 1;
+    return SNELL_OK;
 }
 
 static snell_status add_studio(snell_scene *s, const float view[2], const char **added) {
@@ -178,9 +196,10 @@ static snell_status add_studio(snell_scene *s, const float view[2], const char *
     bool wants_light = !has_light && (d->is_model || !has_background);
     bool wants_background = !has_background && (d->is_model || wants_light);
     bool camera_added = false;
-    snell_view eye;
-    snell_status status = studio_camera(s, view, &camera_added, &eye);
-    if (!status && wants_light) status = studio_lights(s, &eye);
+    studio made = {.lit = false};
+    snell_status status = studio_camera(s, view, &camera_added, &made);
+    if (!status && wants_light) status = studio_lights(s, &made);
+    if (!status && wants_light) s->studio = made;
     if (!status && wants_background)
         status = snell_scene_set_background_gradient(s, (vec3){0.20f, 0.21f, 0.23f},
                                                      (vec3){0.8f, 0.82f, 0.85f});
@@ -193,6 +212,45 @@ snell_status snell_scene_add_studio(snell_scene *s, const float view[2], const c
     unsigned saved = floatenv_enter();
     snell_status status = add_studio(s, view, added);
     floatenv_leave(saved);
+    return status;
+}
+
+/* In place: a frozen light reads its description, and of these kinds nothing else is made from it. */
+static snell_status set_light(description *d, uint32_t index, const snell_param *params,
+                              size_t count) {
+    object *at = &d->objects[CATEGORY_LIGHT].items[index];
+    void *desc = desc_copy(at->type, at->desc);
+    snell_status status = desc ? SNELL_OK : error_no_memory();
+    for (size_t i = 0; i < count && !status; i++) status = desc_set(at->type, desc, &params[i]);
+    if (!status) status = desc_check(at->type, desc, NULL);
+    if (!status) memcpy(at->desc, desc, at->type->desc_size);
+    desc_free(at->type, desc);
+    return status;
+}
+
+static snell_status turn_studio(snell_scene *s, double angle) {
+    description *d = s->description;
+    const studio *at = &s->studio;
+    snell_view eye = at->eye;
+    rig lights;
+    snell_status status = SNELL_OK;
+    if (at->from_direction)
+        status = studio_eye(d, &at->bounds, (float)((double)at->direction[0] + angle),
+                            at->direction[1], &eye);
+    else if (angle != 0) /* lights know no place: any axis will do */
+        status = snell_view_turn(&eye, (vec3){0, 0, 0}, (float)angle);
+    if (!status) status = studio_rig(s, &eye, &lights);
+    if (!status) status = set_light(d, at->key, lights.key, 2);
+    return status ? status : set_light(d, at->fill, &lights.fill, 1);
+}
+
+snell_status snell_scene_turn_studio(snell_scene *s, double angle) {
+    if (!isfinite(angle))
+        return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_turn_studio: angle is not finite");
+    snell_status status = scene_begin_edit(s);
+    if (status) return status;
+    if (s->studio.lit) status = turn_studio(s, angle);
+    scene_end_edit(s);
     return status;
 }
 
