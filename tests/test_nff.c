@@ -12,6 +12,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "cpu_time.h"
 #include "described.h"
 #include "geometry/mesh.h"
 #include "image/srgb.h"
@@ -146,6 +147,28 @@ static void polygons_are_cut_without_overlap(void **state) {
     count = triangulate(star, 1000, indices);
     assert_int_equal(count, 3 * 998);
     near(area_of(star, indices, count), area);
+}
+
+/* The square of so many corners would take a minute; those of what is no polygon are cut somehow. */
+static void very_many_corners_end(void **state) {
+    (void)state;
+    enum { MANY = 100000 };
+    static vec3 star[MANY], places[MANY];
+    static uint32_t indices[3 * MANY];
+    double area = 0, begin = cpu_seconds();
+    for (int i = 0; i < MANY; i++) {
+        double r = i % 2 ? 1 : 3 + fn_sin(i * 0.7), angle = 2 * PI * i / MANY;
+        star[i] = (vec3){(float)(r * fn_cos(angle)), (float)(r * fn_sin(angle)), 2};
+        places[i] = (vec3){(float)(i % 3), (float)(i / 3 % 2), 0};
+    }
+    for (int i = 0; i < MANY; i++) {
+        dvec3 a = dvec3_from(star[i]), b = dvec3_from(star[(i + 1) % MANY]);
+        area += a.x * b.y - a.y * b.x;
+    }
+    assert_int_equal(triangulate(star, MANY, indices), 3 * (MANY - 2));
+    near(area_of(star, indices, 3 * (MANY - 2)), area);
+    assert_int_equal(triangulate(places, MANY, indices), 3 * (MANY - 2));
+    assert_true(cpu_seconds() - begin < 60); /* about 2 s; the sanitizers take their time */
 }
 
 static void holes_stay_open(void **state) {
@@ -292,6 +315,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_entity_becomes_what_it_is),
         cmocka_unit_test(polygons_are_cut_without_overlap),
+        cmocka_unit_test(very_many_corners_end),
         cmocka_unit_test(holes_stay_open),
         cmocka_unit_test(what_is_wrong_is_said_with_its_line),
         cmocka_unit_test(the_first_line_says_whose_it_is),

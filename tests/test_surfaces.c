@@ -16,6 +16,7 @@
 #include "base/memory.h"
 #include "cpu_time.h"
 #include "described.h"
+#include "image/srgb.h"
 #include "geometry/mesh.h"
 #include "importers/files.h"
 #include "importers/number.h"
@@ -622,6 +623,50 @@ static void obj_dialects(void **state) {
     description_destroy(d);
 }
 
+static void colors_beyond_1(void **state) {
+    (void)state;
+    description *d = load_text("c.obj", "v 0 0 0 255 128 0\nv 1 0 0\nv 0 1 0 0 0 1\nf 1 2 3\n");
+    const snell_vec3 *colors = mesh_at(d, 0)->colors;
+    near3(colors[0], 1, (double)srgb_table()[128], 0);
+    near3(colors[1], 1, 1, 1); /* it has none */
+    near3(colors[2], 0, 0, (double)srgb_table()[1]);
+    assert_true(has_message(d, "colours of vertices are taken as bytes"));
+    assert_int_equal(d->messages[0].severity, SNELL_INFO);
+    description_destroy(d);
+    static const char *const clamped[] = {"2.5 0.5 0", "256 128 0"};
+    for (int i = 0; i < 2; i++) {
+        char text[200];
+        snprintf(text, sizeof text, "v 0 0 0 %s\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", clamped[i]);
+        d = load_text("c.obj", text);
+        near((double)mesh_at(d, 0)->colors[0].x, 1);
+        near((double)mesh_at(d, 0)->colors[0].y, i ? 1 : 0.2140411);
+        assert_true(has_message(d, i ? "reach 256" : "reach 2.5"));
+        assert_int_equal(d->messages[0].severity, SNELL_WARNING);
+        description_destroy(d);
+    }
+}
+
+#define MARK "\xef\xbb\xbf"
+static void texts_may_begin_with_a_mark(void **state) {
+    (void)state;
+    static const char *const texts[] = {
+        MARK SQUARE "f 1 2 3 4\n",
+        MARK "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 2 0 0\nvertex 0 1 0\n"
+             "endloop\nendfacet\nendsolid a\n",
+        MARK
+        "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty "
+        "float z\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n2 "
+        "0 0\n0 1 0\n3 0 1 2\n"};
+    for (int i = 0; i < 3; i++) {
+        description *d = load_text("marked", texts[i]); /* known by what it holds */
+        near(area_of(mesh_at(d, 0)), 1);
+        description_destroy(d);
+    }
+    refused("marked.obj", MARK "v 0 x 0\n", 1, 5, "'x' is no finite number");
+    refused("marked.stl", MARK "solid\nfacett\n", 2, 1, "'facet' should be here");
+    refused("marked.ply", MARK "ply x\nformat text 1.0\n", 2, 8, "unknown format 'text'");
+}
+
 static void obj_smoothing(void **state) {
     (void)state;
     static const char roof[] = "v -1 0 0\nv -1 0 1\nv 0 .2 0\nv 0 .2 1\nv 1 0 0\nv 1 0 1\n";
@@ -804,6 +849,23 @@ static void maps_and_their_options(void **state) {
     d = load_material("newmtl m\nmap_Kd ../secret.png\n");
     assert_true(has_message(d, "Permission denied") || has_message(d, "No such file"));
     description_destroy(d);
+}
+
+/* The whole model was refused. */
+static void numbers_that_are_none_lose_their_statement(void **state) {
+    (void)state;
+    description *d = load_material("newmtl m\nKd 0.5 0.25 1\nKd 1 nan 1\nKs 1\nNs nan\nd -inf\nPr "
+                                   "-nan(ind)\nNi 1e999\nillum inf\n");
+    const object *m = material_of(d, "m");
+    assert_string_equal(m->type->name, "lambert");
+    near3(input_of(m, "color").value, 0.5, 0.25, 1);
+    near((double)input_of(m, "alpha").value.x, 1);
+    assert_int_equal(d->message_count, 1);
+    assert_true(has_message(d, "of materials is not used: Kd 1 nan, Ns nan, d -inf"));
+    assert_true(has_message(d, "Pr -nan(ind), Ni 1e999, illum inf"));
+    description_destroy(d);
+    put("bad.mtl", "newmtl m\nNs x\n");
+    refused("one.obj", "mtllib bad.mtl\n" SQUARE "f 1 2 3\n", 2, 4, "this is not a number");
 }
 
 /* What some exporters write, and some people. */
@@ -1007,10 +1069,13 @@ int main(void) {
         cmocka_unit_test(what_is_wrong_in_ply_has_a_place),
         cmocka_unit_test(stl_dialects),
         cmocka_unit_test(obj_dialects),
+        cmocka_unit_test(colors_beyond_1),
+        cmocka_unit_test(texts_may_begin_with_a_mark),
         cmocka_unit_test(obj_smoothing),
         cmocka_unit_test(obj_objects_and_materials),
         cmocka_unit_test(every_illumination_model),
         cmocka_unit_test(maps_and_their_options),
+        cmocka_unit_test(numbers_that_are_none_lose_their_statement),
         cmocka_unit_test(materials_are_found),
         cmocka_unit_test(what_is_wrong_in_obj_has_a_place),
         cmocka_unit_test(mutants_do_no_harm),

@@ -5,6 +5,8 @@
 #ifndef SNELL_IMPORTERS_FILES_H
 #define SNELL_IMPORTERS_FILES_H
 
+#include <string.h>
+
 #include "importers/importer.h"
 
 /* The path, owned by the caller (free), of the file that `base_file` calls `name`: name as it is
@@ -27,6 +29,10 @@ snell_status import_read_file(const char *path, const char *name, const import_o
 snell_status import_map_file(const char *path, const import_options *options, const char **data,
                              size_t *size);
 void import_unmap_file(const char *data, size_t size);
+/* Bytes of the mark that some editors begin UTF-8 with: 3, or 0. */
+static inline size_t import_mark_size(const void *data, size_t size) {
+    return size >= 3 && memcmp(data, "\xef\xbb\xbf", 3) == 0 ? 3 : 0;
+}
 /* What lies before `upto` is looked at no more, or seldom: it need not stay in memory. */
 void import_forget(const char *data, size_t size, const char *upto);
 

@@ -95,8 +95,9 @@ snell_status import_file(const char *path, const char *format, const import_opti
     if (status) return status;
     char extension[16];
     import_extension(path, extension, sizeof extension);
+    size_t mark = import_mark_size(first, size);
     for (size_t i = 0; importers[i]; i++)
-        if (importers[i]->recognise(extension, first, size))
+        if (importers[i]->recognise(extension, first + mark, size - mark))
             return importers[i]->read(path, &chosen, d);
     return unknown_content(path, first, size);
 }

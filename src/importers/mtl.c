@@ -166,6 +166,20 @@ static snell_status need_number(reading *r, float *out) {
     return wrong(r, r->at, r->at == r->line_end ? "a number is missing" : "this is not a number");
 }
 
+/* A number that is none, as exporters write where a division failed: nan, -nan(ind), inf, 1e999. It is a loss of the
+ * statement that begins at `word`, whose default holds. */
+static bool lose_not_finite(reading *r, const char *word) {
+    skip_space(r);
+    const char *start = r->at, *number = start + (*start == '-' || *start == '+');
+    float value;
+    bool named = strncasecmp(number, "nan", 3) == 0 || strncasecmp(number, "inf", 3) == 0;
+    if (!named && (number_read(start, &value) == NULL || isfinite(value))) return false;
+    const char *unused;
+    next_word(r, &unused);
+    add_word(r->now->lost, sizeof r->now->lost, word, (size_t)(r->at - word));
+    return true;
+}
+
 /* r, or r g b. What is a curve or CIE XYZ is not used. */
 static snell_status read_color(reading *r, color_kind kind, const char *word, size_t length) {
     float c[3];
@@ -176,10 +190,13 @@ static snell_status read_color(reading *r, color_kind kind, const char *word, si
         return SNELL_OK;
     }
     r->at = start;
+    if (lose_not_finite(r, word)) return SNELL_OK;
     snell_status status = need_number(r, &c[0]);
     if (status) return status;
     c[1] = c[2] = c[0];
+    if (lose_not_finite(r, word)) return SNELL_OK;
     if (take_number(r, &c[1])) {
+        if (lose_not_finite(r, word)) return SNELL_OK;
         status = need_number(r, &c[2]);
         if (status) return status;
     }
@@ -189,8 +206,9 @@ static snell_status read_color(reading *r, color_kind kind, const char *word, si
     return SNELL_OK;
 }
 
-static snell_status read_value(reading *r, number_kind kind) {
+static snell_status read_value(reading *r, number_kind kind, const char *word) {
     float value;
+    if (lose_not_finite(r, word)) return SNELL_OK;
     snell_status status = need_number(r, &value);
     if (status) return status;
     r->now->number[kind] = value;
@@ -199,20 +217,20 @@ static snell_status read_value(reading *r, number_kind kind) {
 }
 
 /* d [-halo] factor */
-static snell_status read_dissolve(reading *r) {
+static snell_status read_dissolve(reading *r, const char *statement) {
     const char *start = r->at, *word;
     size_t length = next_word(r, &word);
     if (is(word, length, "-halo"))
         add_word(r->now->lost, sizeof r->now->lost, word, length);
     else
         r->at = start;
-    return read_value(r, D);
+    return read_value(r, D, statement);
 }
 
 /* 1 - d, unless d says so itself. */
-static snell_status read_transparency(reading *r) {
+static snell_status read_transparency(reading *r, const char *word) {
     float value;
-    if (r->now->has_number & (1u << D)) return SNELL_OK;
+    if (r->now->has_number & (1u << D) || lose_not_finite(r, word)) return SNELL_OK;
     snell_status status = need_number(r, &value);
     if (!status) r->now->number[D] = 1 - value;
     return status;
@@ -352,13 +370,14 @@ static snell_status read_statement(reading *r) {
     for (size_t i = 0; i < sizeof colors / sizeof colors[0]; i++)
         if (is(word, length, colors[i].name)) return read_color(r, colors[i].kind, word, length);
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
-        if (is(word, length, numbers[i].name)) return read_value(r, numbers[i].kind);
+        if (is(word, length, numbers[i].name)) return read_value(r, numbers[i].kind, word);
     for (size_t i = 0; i < sizeof maps / sizeof maps[0]; i++)
         if (is(word, length, maps[i].name)) return read_map(r, maps[i].kind, word, length);
-    if (is(word, length, "d")) return read_dissolve(r);
-    if (is(word, length, "Tr")) return read_transparency(r);
+    if (is(word, length, "d")) return read_dissolve(r, word);
+    if (is(word, length, "Tr")) return read_transparency(r, word);
     if (is(word, length, "illum")) {
         float value;
+        if (lose_not_finite(r, word)) return SNELL_OK;
         snell_status status = need_number(r, &value);
         if (!status) r->now->illum = value >= 0 && value <= 10 ? (int)value : -1;
         return status;
@@ -372,7 +391,7 @@ static snell_status read_lines(mtl *m, const char *file, const char *text, size_
     reading r = {.m = m, .at = text, .file = file};
     const char *end = text + size;
     snell_status status = SNELL_OK;
-    if (size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0) r.at += 3;
+    r.at += import_mark_size(text, size);
     while (r.at < end && !status) {
         const char *stop = r.at;
         while (stop < end && *stop != '\n' && *stop != '\r') stop++;

@@ -38,7 +38,10 @@ typedef struct obj {
     description *d;
     name_set names;
     mtl *materials;
-    snell_vec3 *v, *vn, *colors; /* colors: linear; NULL: none yet */
+    snell_vec3 *v, *vn,
+        *colors;        /* colors: as the file has them, x NAN: none of its own; NULL: none yet */
+    float brightest;    /* of them */
+    bool has_fractions; /* some are no whole numbers */
     snell_vec2 *vt;
     uint32_t *newest; /* of each v: a corner, from 1 */
     size_t v_count, vt_count, vn_count, v_total, vt_total, vn_total;
@@ -151,12 +154,35 @@ static snell_status set_color(obj *o, const float rgb[3]) {
     if (o->colors == NULL) {
         o->colors = memory_resize(NULL, o->v_total, sizeof *o->colors);
         if (o->colors == NULL) return error_no_memory();
-        for (size_t i = 0; i < o->v_total; i++) o->colors[i] = (snell_vec3){1, 1, 1};
+        for (size_t i = 0; i < o->v_total; i++) o->colors[i] = (snell_vec3){NAN, 0, 0};
     }
-    o->colors[o->v_count] =
-        (snell_vec3){srgb_to_linear((double)rgb[0]), srgb_to_linear((double)rgb[1]),
-                     srgb_to_linear((double)rgb[2])};
+    o->colors[o->v_count] = (snell_vec3){rgb[0], rgb[1], rgb[2]};
+    for (int i = 0; i < 3; i++) {
+        if (rgb[i] > o->brightest) o->brightest = rgb[i];
+        o->has_fractions |= (double)rgb[i] != floor((double)rgb[i]);
+    }
     return SNELL_OK;
+}
+
+/* To linear colours. Those that reach beyond 1 are bytes if all are whole numbers. */
+static snell_status convert_colors(obj *o) {
+    bool beyond = o->brightest > 1, bytes = beyond && o->brightest <= 255 && !o->has_fractions;
+    double scale = bytes ? 1 / 255.0 : 1;
+    for (size_t i = 0; o->colors && i < o->v_total; i++) {
+        const snell_vec3 c = o->colors[i];
+        o->colors[i] = isnan(c.x) ? (snell_vec3){1, 1, 1}
+                                  : (snell_vec3){srgb_to_linear((double)c.x * scale),
+                                                 srgb_to_linear((double)c.y * scale),
+                                                 srgb_to_linear((double)c.z * scale)};
+    }
+    if (bytes)
+        return description_add_message(o->d, SNELL_INFO, o->path, 0, NULL,
+                                       "colours of vertices are taken as bytes, 0 to 255");
+    return beyond ? description_add_message(
+                        o->d, SNELL_WARNING, o->path, 0, NULL,
+                        "colours of vertices reach %g: what is beyond 1 counts as 1",
+                        (double)o->brightest)
+                  : SNELL_OK;
 }
 
 /* v x y z, then w, or r g b, or w r g b. w is for rational curves. */
@@ -728,6 +754,7 @@ static snell_status read_prepared(obj *o, const obj_text *text, const char *mapp
     if (!status) status = look_ahead(o);
     if (!status && !make_arrays(o)) status = error_no_memory();
     if (!status) status = read_text(o);
+    if (!status) status = convert_colors(o);
     return status ? status : build(o);
 }
 

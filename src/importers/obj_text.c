@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "importers/files.h"
 
 /* ---- lines that end with \n ---- */
 
@@ -48,13 +49,13 @@ static void join_lines(char *text) {
 
 bool obj_text_prepare(const char *text, size_t size, obj_text *out) {
     bool wide = size >= 2 && (memcmp(text, "\xff\xfe", 2) == 0 || memcmp(text, "\xfe\xff", 2) == 0);
-    bool marked = size >= 3 && memcmp(text, "\xef\xbb\xbf", 3) == 0;
+    size_t mark = import_mark_size(text, size);
     bool old = !wide && memchr(text, '\r', size) && !memchr(text, '\n', size);
     if (wide) {
         text = out->copy = from_utf16(text, &size);
         if (text == NULL) return false;
     }
-    if (marked) text += 3, size -= 3;
+    text += mark, size -= mark;
     out->lines = text;
     if (old || has_continuation(text, size)) {
         if (out->copy == NULL) {

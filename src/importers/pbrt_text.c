@@ -332,10 +332,9 @@ static snell_status load(pbrt *p, pbrt_text *t, source_place place) {
     snell_status status = import_read_file(t->path, NULL, p->options, &data, &size);
     if (status) return pbrt_blame(p, place, status);
     t->data = (char *)data;
-    t->at = t->line_start = t->data;
+    t->at = t->line_start = t->data + import_mark_size(data, size);
     t->end = t->data + size;
     t->line = 1;
-    if (size >= 3 && memcmp(data, "\xef\xbb\xbf", 3) == 0) t->at = t->line_start = t->data + 3;
     source_place start = {t->path, 0, 0};
     if (size >= 2 && data[0] == 0x1f && data[1] == 0x8b)
         return pbrt_fail(p, start, "unpack it with gunzip, and name the unpacked file",

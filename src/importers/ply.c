@@ -10,269 +10,39 @@
 #include "image/srgb.h"
 #include "importers/maps.h"
 #include "importers/number.h"
+#include "importers/ply_header.h"
 #include "importers/seams.h"
-
-enum { WORD_MAX = 64, ELEMENTS_MAX = 64, PROPERTIES_MAX = 1024 };
-
-typedef enum scalar { I8, U8, I16, U16, I32, U32, F32, F64, SCALARS } scalar;
-static const uint8_t sizes[SCALARS] = {1, 1, 2, 2, 4, 4, 4, 8};
-
-typedef enum role {
-    POSITION, /* and the next two */
-    NORMAL = POSITION + 3,
-    COLOR = NORMAL + 3,
-    UV = COLOR + 3,
-    ALPHA = UV + 2,
-    INDICES,
-    TEXCOORD, /* of a face: u v for each corner */
-    NO_ROLE
-} role;
-
-typedef struct property {
-    char name[WORD_MAX];
-    scalar type, count_type; /* the latter of a list */
-    bool list;
-    role role;
-    float *to; /* the first row's value; NULL: not wanted */
-    size_t step;
-} property;
-
-typedef struct element {
-    char name[WORD_MAX];
-    uint64_t count;
-    property *properties;
-    size_t property_count, property_capacity;
-} element;
 
 typedef struct ply {
     const char *path, *text, *at, *end; /* *end is 0 */
     const import_options *options;
     description *d;
-    bool ascii, swapped;
-    element elements[ELEMENTS_MAX];
-    size_t element_count;
+    ply_header head;
     surfaces out;
     polygons faces;
     seams seams;
     float *row_uvs; /* of the face that is being read */
     size_t row_uv_count, row_uv_capacity;
-    char picture[256]; /* that a comment names, as MeshLab has it */
     bool see_through, lacks_corners;
 } ply;
 
 /* ---- errors ---- */
 
-/* In a text, of the place `at`; binary rows have no lines. */
-static source_place place_of(const ply *p, const char *at, bool is_text) {
-    return is_text ? text_place(p->path, p->text, at) : (source_place){p->path, 0, 0};
-}
-
-static snell_status bad_header(const ply *p, const char *at, const char *what, const char *word) {
-    return error_set_at(SNELL_ERR_SYNTAX, place_of(p, at, true), NULL, "PLY header: %s%s%.60s%s",
-                        what, word ? " '" : "", word ? word : "", word ? "'" : "");
+/* Binary rows have no lines. */
+static source_place place_of(const ply *p, const char *at) {
+    return p->head.ascii ? text_place(p->path, p->text, at) : (source_place){p->path, 0, 0};
 }
 
 static snell_status bad_row(const ply *p, const char *at, const element *e, uint64_t row,
                             const char *what) {
-    return error_set_at(SNELL_ERR_SYNTAX, place_of(p, at, p->ascii), NULL,
-                        "PLY: %s %llu of %llu: %s", e->name, (unsigned long long)row + 1,
-                        (unsigned long long)e->count, what);
+    return error_set_at(SNELL_ERR_SYNTAX, place_of(p, at), NULL, "PLY: %s %llu of %llu: %s",
+                        e->name, (unsigned long long)row + 1, (unsigned long long)e->count, what);
 }
 
 static snell_status ends_early(const ply *p, const element *e, uint64_t row) {
-    return error_set_at(SNELL_ERR_SYNTAX, place_of(p, p->end, p->ascii), "the file may be cut off",
+    return error_set_at(SNELL_ERR_SYNTAX, place_of(p, p->end), "the file may be cut off",
                         "PLY: the file ends before %s %llu of %llu is whole", e->name,
                         (unsigned long long)row + 1, (unsigned long long)e->count);
-}
-
-/* ---- the header ---- */
-
-typedef struct header_line {
-    const char *at, *end;
-} header_line;
-
-/* Lines end with \n, \r\n or \r. false: there is none. */
-static bool next_line(ply *p, header_line *line) {
-    if (p->at == p->end) return false;
-    line->at = p->at;
-    while (p->at < p->end && *p->at != '\n' && *p->at != '\r') p->at++;
-    line->end = p->at;
-    if (p->at < p->end && *p->at == '\r' && p->at[1] == '\n') p->at++;
-    if (p->at < p->end) p->at++;
-    return true;
-}
-
-/* The next word of the line, cut where it is too long for one that means something; "" at its end. */
-static const char *next_word(header_line *line, char word[WORD_MAX]) {
-    size_t used = 0;
-    while (line->at < line->end && (*line->at == ' ' || *line->at == '\t')) line->at++;
-    const char *start = line->at;
-    for (; line->at < line->end && *line->at != ' ' && *line->at != '\t'; line->at++)
-        if (used + 1 < WORD_MAX) word[used++] = *line->at;
-    word[used] = 0;
-    return start;
-}
-
-static bool read_type(const char *word, scalar *out) {
-    static const char *const names[SCALARS][2] = {
-        {"char", "int8"}, {"uchar", "uint8"}, {"short", "int16"},   {"ushort", "uint16"},
-        {"int", "int32"}, {"uint", "uint32"}, {"float", "float32"}, {"double", "float64"}};
-    for (int i = 0; i < SCALARS; i++)
-        if (strcmp(word, names[i][0]) == 0 || strcmp(word, names[i][1]) == 0) {
-            *out = (scalar)i;
-            return true;
-        }
-    return false;
-}
-
-static role find_role(const char *element_name, const property *q) {
-    static const struct {
-        const char *name;
-        role role;
-    } names[] = {{"x", POSITION},
-                 {"y", POSITION + 1},
-                 {"z", POSITION + 2},
-                 {"nx", NORMAL},
-                 {"ny", NORMAL + 1},
-                 {"nz", NORMAL + 2},
-                 {"red", COLOR},
-                 {"green", COLOR + 1},
-                 {"blue", COLOR + 2},
-                 {"r", COLOR},
-                 {"g", COLOR + 1},
-                 {"b", COLOR + 2},
-                 {"diffuse_red", COLOR},
-                 {"diffuse_green", COLOR + 1},
-                 {"diffuse_blue", COLOR + 2},
-                 {"s", UV},
-                 {"t", UV + 1},
-                 {"u", UV},
-                 {"v", UV + 1},
-                 {"texture_u", UV},
-                 {"texture_v", UV + 1},
-                 {"texture_s", UV},
-                 {"texture_t", UV + 1},
-                 {"alpha", ALPHA},
-                 {"a", ALPHA},
-                 {"diffuse_alpha", ALPHA}};
-    if (q->list) {
-        bool is_face = strcmp(element_name, "face") == 0 || strcmp(element_name, "tristrips") == 0;
-        bool indices =
-            strcmp(q->name, "vertex_indices") == 0 || strcmp(q->name, "vertex_index") == 0;
-        if (is_face && indices && q->type < F32) return INDICES;
-        bool uvs = strcmp(element_name, "face") == 0 && strcmp(q->name, "texcoord") == 0;
-        return uvs && q->type >= F32 ? TEXCOORD : NO_ROLE;
-    }
-    if (strcmp(element_name, "vertex") != 0) return NO_ROLE;
-    for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-        if (strcmp(q->name, names[i].name) == 0) return names[i].role;
-    return NO_ROLE;
-}
-
-static property *find_property(const element *e, int wanted) {
-    for (size_t i = 0; i < e->property_count; i++)
-        if (e->properties[i].role == (role)wanted) return &e->properties[i];
-    return NULL;
-}
-
-static snell_status read_property(ply *p, header_line *line) {
-    char word[WORD_MAX];
-    if (p->element_count == 0)
-        return bad_header(p, line->at, "a property before the first element", NULL);
-    element *e = &p->elements[p->element_count - 1];
-    property made = {.role = NO_ROLE};
-    const char *at = next_word(line, word);
-    made.list = strcmp(word, "list") == 0;
-    if (made.list) {
-        at = next_word(line, word);
-        if (!read_type(word, &made.count_type) || made.count_type >= F32)
-            return bad_header(p, at, "the length of a list cannot be of type", word);
-        at = next_word(line, word);
-    }
-    if (!read_type(word, &made.type)) return bad_header(p, at, "unknown type", word);
-    at = next_word(line, made.name);
-    if (made.name[0] == 0) return bad_header(p, at, "a property without a name", NULL);
-    made.role = find_role(e->name, &made);
-    if (made.role != NO_ROLE && find_property(e, (int)made.role)) made.role = NO_ROLE;
-    if (e->property_count >= PROPERTIES_MAX)
-        return bad_header(p, at, "too many properties in element", e->name);
-    if (!ARRAY_GROW(e->properties, e->property_count, e->property_capacity, 1))
-        return error_no_memory();
-    e->properties[e->property_count++] = made;
-    return SNELL_OK;
-}
-
-static snell_status read_element(ply *p, header_line *line) {
-    char word[WORD_MAX];
-    if (p->element_count == ELEMENTS_MAX) return bad_header(p, line->at, "too many elements", NULL);
-    element *e = &p->elements[p->element_count++];
-    const char *at = next_word(line, e->name);
-    if (e->name[0] == 0) return bad_header(p, at, "an element without a name", NULL);
-    at = next_word(line, word);
-    int64_t count;
-    const char *rest = number_read_integer(word, &count);
-    if (rest == NULL || *rest || count < 0)
-        return bad_header(p, at, "the count of an element cannot be", word);
-    if (count >= UINT32_MAX) return bad_header(p, at, "too many rows:", word);
-    e->count = (uint64_t)count;
-    return SNELL_OK;
-}
-
-static snell_status read_format(ply *p, header_line *line) {
-    char word[WORD_MAX];
-    const char *at = next_word(line, word);
-    const uint16_t one = 1;
-    bool little = *(const uint8_t *)&one == 1;
-    p->ascii = strcmp(word, "ascii") == 0;
-    if (strcmp(word, "binary_little_endian") == 0)
-        p->swapped = !little;
-    else if (strcmp(word, "binary_big_endian") == 0)
-        p->swapped = little;
-    else if (!p->ascii)
-        return bad_header(p, at, "unknown format", word);
-    at = next_word(line, word);
-    return strcmp(word, "1.0") == 0 ? SNELL_OK : bad_header(p, at, "unknown version", word);
-}
-
-/* comment TextureFile NAME */
-static void read_comment(ply *p, header_line *line) {
-    char word[WORD_MAX];
-    next_word(line, word);
-    if (strcasecmp(word, "TextureFile") != 0 || p->picture[0]) return;
-    const char *at = line->at, *end = line->end;
-    while (at < end && (*at == ' ' || *at == '\t')) at++;
-    while (end > at && (end[-1] == ' ' || end[-1] == '\t')) end--;
-    if ((size_t)(end - at) < sizeof p->picture) memcpy(p->picture, at, (size_t)(end - at));
-}
-
-static snell_status read_header(ply *p) {
-    header_line line = {p->at, p->at};
-    char word[WORD_MAX];
-    bool has_format = false;
-    next_line(p, &line);
-    next_word(&line, word);
-    if (strcmp(word, "ply") != 0)
-        return bad_header(p, p->text, "a PLY file begins with the line 'ply', not with", word);
-    while (next_line(p, &line)) {
-        const char *at = next_word(&line, word);
-        snell_status status = SNELL_OK;
-        if (strcmp(word, "end_header") == 0)
-            return has_format ? SNELL_OK : bad_header(p, at, "it names no format", NULL);
-        if (strcmp(word, "format") == 0)
-            status = read_format(p, &line), has_format = true;
-        else if (strcmp(word, "element") == 0)
-            status = read_element(p, &line);
-        else if (strcmp(word, "property") == 0)
-            status = read_property(p, &line);
-        else if (strcmp(word, "comment") == 0)
-            read_comment(p, &line);
-        else if (word[0] && strcmp(word, "obj_info") != 0)
-            status = description_add_message(
-                p->d, SNELL_WARNING, p->path, place_of(p, at, true).line, NULL,
-                "PLY header: a line that begins with '%s' is not read", word);
-        if (status) return status;
-    }
-    return bad_header(p, p->end, "it has no end", NULL);
 }
 
 /* ---- values ---- */
@@ -289,7 +59,7 @@ static inline double load(const char *at, scalar type, bool swapped) {
         float f32;
         double f64;
     } v;
-    size_t size = sizes[type];
+    size_t size = ply_sizes[type];
     if (swapped)
         for (size_t i = 0; i < size; i++) v.bytes[i] = at[size - 1 - i];
     else
@@ -327,17 +97,17 @@ static void note_alpha(ply *p, const property *q, double value) {
 static void read_column(ply *p, const property *q, const char *at, size_t stride, uint64_t count) {
     float *to = q->to;
     size_t step = q->step;
-    if (q->type == F32 && !p->swapped && to && q->role < COLOR) {
+    if (q->type == F32 && !p->head.swapped && to && q->role < COLOR) {
         for (uint64_t i = 0; i < count; i++, at += stride, to += step) memcpy(to, at, sizeof *to);
     } else if (q->type == U8 && to && q->role >= COLOR && q->role < UV) {
         const float *table = srgb_table();
         for (uint64_t i = 0; i < count; i++, at += stride, to += step) *to = table[(uint8_t)*at];
     } else if (to) {
         for (uint64_t i = 0; i < count; i++, at += stride, to += step)
-            *to = convert(q, load(at, q->type, p->swapped));
+            *to = convert(q, load(at, q->type, p->head.swapped));
     } else if (q->role == ALPHA) {
         for (uint64_t i = 0; i < count; i++, at += stride)
-            note_alpha(p, q, load(at, q->type, p->swapped));
+            note_alpha(p, q, load(at, q->type, p->head.swapped));
     }
 }
 
@@ -356,7 +126,7 @@ static const char *word_start(const ply *p, const char *end) {
 
 static snell_status bad_word(const ply *p, const element *e, uint64_t row) {
     if (p->at >= p->end) return ends_early(p, e, row);
-    char what[WORD_MAX + 32];
+    char what[PLY_WORD_MAX + 32];
     int length = 0;
     while (length < 40 && p->at[length] && !is_space(p->at[length])) length++;
     snprintf(what, sizeof what, "'%.*s' is no number", length, p->at);
@@ -391,10 +161,10 @@ static inline snell_status read_text_number(ply *p, const element *e, uint64_t r
 /* The next value of a row, whatever the encoding. */
 static inline snell_status read_integer(ply *p, const element *e, uint64_t row, scalar type,
                                         int64_t *out) {
-    if (p->ascii) return read_text_integer(p, e, row, out);
-    if ((size_t)(p->end - p->at) < sizes[type]) return ends_early(p, e, row);
-    *out = (int64_t)load(p->at, type, p->swapped);
-    p->at += sizes[type];
+    if (p->head.ascii) return read_text_integer(p, e, row, out);
+    if ((size_t)(p->end - p->at) < ply_sizes[type]) return ends_early(p, e, row);
+    *out = (int64_t)load(p->at, type, p->head.swapped);
+    p->at += ply_sizes[type];
     return SNELL_OK;
 }
 
@@ -404,19 +174,19 @@ static snell_status skip_list(ply *p, const element *e, uint64_t row, const prop
     snell_status status = read_integer(p, e, row, q->count_type, &count);
     if (status) return status;
     if (count < 0) return bad_row(p, p->at, e, row, "a list of negative length");
-    if (!p->ascii) {
-        if ((uint64_t)count > (uint64_t)(p->end - p->at) / sizes[q->type])
+    if (!p->head.ascii) {
+        if ((uint64_t)count > (uint64_t)(p->end - p->at) / ply_sizes[q->type])
             return ends_early(p, e, row);
-        p->at += (size_t)count * sizes[q->type];
+        p->at += (size_t)count * ply_sizes[q->type];
     }
-    for (int64_t i = 0; p->ascii && i < count && !status; i++)
+    for (int64_t i = 0; p->head.ascii && i < count && !status; i++)
         status = read_text_number(p, e, row, &unused);
     return status;
 }
 
 static snell_status read_single(ply *p, const element *e, uint64_t row, const property *q) {
     float value = 0;
-    if (p->ascii) {
+    if (p->head.ascii) {
         snell_status status = read_text_number(p, e, row, &value);
         if (status) return status;
         if (!isfinite(value) && q->role < NORMAL)
@@ -425,9 +195,9 @@ static snell_status read_single(ply *p, const element *e, uint64_t row, const pr
         if (q->to) q->to[row * q->step] = convert(q, (double)value);
         return SNELL_OK;
     }
-    if ((size_t)(p->end - p->at) < sizes[q->type]) return ends_early(p, e, row);
-    double exact = load(p->at, q->type, p->swapped);
-    p->at += sizes[q->type];
+    if ((size_t)(p->end - p->at) < ply_sizes[q->type]) return ends_early(p, e, row);
+    double exact = load(p->at, q->type, p->head.swapped);
+    p->at += ply_sizes[q->type];
     note_alpha(p, q, exact);
     if (q->to) q->to[row * q->step] = convert(q, exact);
     return SNELL_OK;
@@ -446,14 +216,15 @@ static void say_progress(const ply *p, uint64_t row) {
 static size_t row_size(const element *e) { /* bytes; of a list, without its values */
     size_t sum = 0;
     for (size_t i = 0; i < e->property_count; i++)
-        sum += sizes[e->properties[i].list ? e->properties[i].count_type : e->properties[i].type];
+        sum +=
+            ply_sizes[e->properties[i].list ? e->properties[i].count_type : e->properties[i].type];
     return sum;
 }
 
 /* So that no count makes us take more memory than the file has bytes, a few times over. */
 static snell_status check_size(const ply *p, const element *e) {
-    size_t least = p->ascii ? 2 * e->property_count : row_size(e);
-    uint64_t left = (uint64_t)(p->end - p->at) + p->ascii; /* the last may lack its line end */
+    size_t least = p->head.ascii ? 2 * e->property_count : row_size(e);
+    uint64_t left = (uint64_t)(p->end - p->at) + p->head.ascii; /* the last may lack its line end */
     return least && e->count > left / least ? ends_early(p, e, left / least) : SNELL_OK;
 }
 
@@ -461,11 +232,11 @@ static snell_status read_rows(ply *p, element *e) {
     bool lists = false;
     for (size_t i = 0; i < e->property_count; i++) lists |= e->properties[i].list;
     if (e->property_count == 0) return SNELL_OK;
-    if (!lists && !p->ascii) {
+    if (!lists && !p->head.ascii) {
         size_t stride = row_size(e), offset = 0;
         for (size_t i = 0; i < e->property_count; i++) {
             read_column(p, &e->properties[i], p->at + offset, stride, e->count);
-            offset += sizes[e->properties[i].type];
+            offset += ply_sizes[e->properties[i].type];
         }
         p->at += e->count * stride;
         return SNELL_OK;
@@ -484,11 +255,11 @@ static snell_status read_rows(ply *p, element *e) {
 /* Gives an array to the `parts` properties of a role, if all are there. */
 static void want(element *e, role first, size_t parts, float **array, bool *failed) {
     for (size_t i = 0; i < parts; i++)
-        if (find_property(e, (int)(first + i)) == NULL) return;
+        if (ply_find_property(e, (int)(first + i)) == NULL) return;
     *array = memory_aligned(e->count * parts * sizeof **array);
     *failed |= *array == NULL;
     for (size_t i = 0; i < parts && *array; i++) {
-        property *q = find_property(e, (int)(first + i));
+        property *q = ply_find_property(e, (int)(first + i));
         q->to = *array + i;
         q->step = parts;
     }
@@ -528,8 +299,8 @@ static snell_status read_vertices(ply *p, element *e) {
 }
 
 static uint64_t vertex_total(const ply *p) {
-    for (size_t i = 0; i < p->element_count; i++)
-        if (strcmp(p->elements[i].name, "vertex") == 0) return p->elements[i].count;
+    for (size_t i = 0; i < p->head.element_count; i++)
+        if (strcmp(p->head.elements[i].name, "vertex") == 0) return p->head.elements[i].count;
     return 0;
 }
 
@@ -537,7 +308,7 @@ static snell_status bad_index(const ply *p, const element *e, uint64_t row, int6
     char what[128];
     snprintf(what, sizeof what, "vertex %lld: there are %llu, counted from 0", (long long)index,
              (unsigned long long)vertex_total(p));
-    return bad_row(p, p->ascii ? word_start(p, p->at) : p->at, e, row, what);
+    return bad_row(p, p->head.ascii ? word_start(p, p->at) : p->at, e, row, what);
 }
 
 static snell_status read_polygon(ply *p, const element *e, uint64_t row, const property *q,
@@ -545,7 +316,7 @@ static snell_status read_polygon(ply *p, const element *e, uint64_t row, const p
     int64_t count = 0, index = 0;
     snell_status status = read_integer(p, e, row, q->count_type, &count);
     if (status) return status;
-    uint64_t least = p->ascii ? 2 : sizes[q->type];
+    uint64_t least = p->head.ascii ? 2 : ply_sizes[q->type];
     if (count < 0 || (uint64_t)count > (uint64_t)(p->end - p->at + 1) / least)
         return count < 0 ? bad_row(p, p->at, e, row, "a face with a negative number of corners")
                          : ends_early(p, e, row);
@@ -588,8 +359,9 @@ static snell_status read_strips(ply *p, const element *e, uint64_t row, const pr
 /* Most files have nothing else: three integers of 32 bits after a byte that says so, row after row. */
 static uint64_t read_plain_triangles(ply *p, const element *e, uint64_t total) {
     const property *q = e->properties;
-    if (p->ascii || p->swapped || e->property_count != 1 || sizes[q->count_type] != 1 ||
-        sizes[q->type] != 4 || e->count > (uint64_t)(p->end - p->at) / 13 || p->faces.indices)
+    if (p->head.ascii || p->head.swapped || e->property_count != 1 ||
+        ply_sizes[q->count_type] != 1 || ply_sizes[q->type] != 4 ||
+        e->count > (uint64_t)(p->end - p->at) / 13 || p->faces.indices)
         return 0;
     p->faces.indices = memory_aligned(3 * e->count * sizeof *p->faces.indices);
     if (p->faces.indices == NULL) return 0;
@@ -610,7 +382,7 @@ static snell_status read_row_uvs(ply *p, const element *e, uint64_t row, const p
     int64_t count = 0;
     snell_status status = read_integer(p, e, row, q->count_type, &count);
     if (status) return status;
-    uint64_t least = p->ascii ? 2 : sizes[q->type];
+    uint64_t least = p->head.ascii ? 2 : ply_sizes[q->type];
     if (count < 0 || (uint64_t)count > (uint64_t)(p->end - p->at + 1) / least)
         return ends_early(p, e, row);
     if (!ARRAY_GROW(p->row_uvs, 0, p->row_uv_capacity, (size_t)count)) return error_no_memory();
@@ -638,7 +410,7 @@ static snell_status place_row_uvs(ply *p, size_t first, uint64_t total) {
 
 static snell_status read_faces(ply *p, element *e) {
     bool strips = strcmp(e->name, "tristrips") == 0;
-    const property *indices = find_property(e, INDICES), *uvs = find_property(e, TEXCOORD);
+    const property *indices = ply_find_property(e, INDICES), *uvs = ply_find_property(e, TEXCOORD);
     uint64_t total = vertex_total(p);
     snell_status status = check_size(p, e);
     if (status) return status;
@@ -671,21 +443,23 @@ static snell_status read_faces(ply *p, element *e) {
 static snell_status make_material(const ply *p, uint32_t *material) {
     *material = NO_MATERIAL;
     snell_status status = SNELL_OK;
-    if (p->picture[0] && p->out.uvs == NULL)
+    if (p->head.picture[0] && p->out.uvs == NULL)
         status = description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL,
                                          "texture '%.200s': there are no coordinates for it",
-                                         p->picture);
+                                         p->head.picture);
     if (status) return status;
-    if (p->picture[0] == 0 || p->out.uvs == NULL) return surfaces_plain(p->d, p->path, 1, material);
+    if (p->head.picture[0] == 0 || p->out.uvs == NULL)
+        return surfaces_plain(p->d, p->path, 1, material);
     decoded_image image;
     snell_texture_id texture;
-    status = map_load(p->path, p->picture, p->options, &image);
+    status = map_load(p->path, p->head.picture, p->options, &image);
     if (status == SNELL_ERR_MEMORY) return status;
     if (status) {
         char text[400];
         snprintf(text, sizeof text, "%s", error_last()->text);
-        status = description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL,
-                                         "texture '%.200s': %s; white is used", p->picture, text);
+        status =
+            description_add_message(p->d, SNELL_WARNING, p->path, 0, NULL,
+                                    "texture '%.200s': %s; white is used", p->head.picture, text);
         return status ? status : surfaces_plain(p->d, p->path, 1, material);
     }
     status = map_add(p->d, p->path, &image, &(map_look){.use = MAP_COLOR}, &texture);
@@ -699,8 +473,8 @@ static snell_status make_material(const ply *p, uint32_t *material) {
 /* What has a value beside those that are looked at, in one message. */
 static snell_status warn_of_losses(const ply *p) {
     char list[400] = "";
-    for (size_t i = 0; i < p->element_count; i++) {
-        const element *e = &p->elements[i];
+    for (size_t i = 0; i < p->head.element_count; i++) {
+        const element *e = &p->head.elements[i];
         bool known = strcmp(e->name, "vertex") == 0 || strcmp(e->name, "face") == 0 ||
                      strcmp(e->name, "tristrips") == 0;
         if (e->count == 0) continue;
@@ -750,11 +524,11 @@ static snell_status finish(ply *p) {
 /* Before anything is read: vertices may come after the faces that name them. */
 static snell_status check_elements(const ply *p) {
     snell_status status = SNELL_OK;
-    for (size_t i = 0; i < p->element_count && !status; i++) {
-        const element *e = &p->elements[i];
+    for (size_t i = 0; i < p->head.element_count && !status; i++) {
+        const element *e = &p->head.elements[i];
         if (strcmp(e->name, "vertex") == 0)
             for (int k = 0; k < 3; k++)
-                if (find_property(e, POSITION + k) == NULL)
+                if (ply_find_property(e, POSITION + k) == NULL)
                     return bad_row(p, p->at, e, 0, "it has no x, y and z");
         status = check_size(p, e);
     }
@@ -763,8 +537,8 @@ static snell_status check_elements(const ply *p) {
 
 static snell_status read_elements(ply *p) {
     snell_status status = check_elements(p);
-    for (size_t i = 0; i < p->element_count && !status; i++) {
-        element *e = &p->elements[i];
+    for (size_t i = 0; i < p->head.element_count && !status; i++) {
+        element *e = &p->head.elements[i];
         if (strcmp(e->name, "vertex") == 0)
             status = read_vertices(p, e);
         else if (strcmp(e->name, "face") == 0 || strcmp(e->name, "tristrips") == 0)
@@ -777,20 +551,22 @@ static snell_status read_elements(ply *p) {
 
 static snell_status ply_read(const char *path, const import_options *options, description *d) {
     size_t size;
+    const char *mapped;
     ply *p = memory_zeroed(1, sizeof *p);
     if (p == NULL) return error_no_memory();
     *p = (ply){.path = path, .options = options, .d = d};
-    snell_status status = import_map_file(path, options, &p->text, &size);
+    snell_status status = import_map_file(path, options, &mapped, &size);
     if (!status) {
-        p->at = p->text;
-        p->end = p->text + size;
-        status = size ? read_header(p) : error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
+        p->text = p->at = mapped + import_mark_size(mapped, size);
+        p->end = mapped + size;
+        status = size ? ply_header_read(path, &p->at, p->end, d, &p->head)
+                      : error_set(SNELL_ERR_SYNTAX, NULL, "the file is empty");
         if (!status) status = read_elements(p);
         if (!status) status = finish(p);
-        import_unmap_file(p->text, size);
+        import_unmap_file(mapped, size);
     }
     if (status) error_place((source_place){path, 0, 0});
-    for (size_t i = 0; i < p->element_count; i++) free(p->elements[i].properties);
+    ply_header_free(&p->head);
     surfaces_free(&p->out);
     seams_free(&p->seams);
     free(p->row_uvs);

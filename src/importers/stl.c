@@ -286,13 +286,16 @@ static snell_status read_either(stl *s, size_t size) {
 
 static snell_status stl_read(const char *path, const import_options *options, description *d) {
     size_t size;
+    const char *mapped;
     stl s = {.path = path, .options = options, .d = d, .material = NO_MATERIAL};
-    snell_status status = import_map_file(path, options, &s.text, &size);
+    snell_status status = import_map_file(path, options, &mapped, &size);
     if (!status) {
-        s.at = s.said = s.text;
-        s.end = s.text + size;
-        status = read_either(&s, size);
-        import_unmap_file(s.text, size);
+        size_t mark = import_mark_size(mapped, size);
+        if (!begins_as_text(mapped + mark)) mark = 0;
+        s.text = s.at = s.said = mapped + mark;
+        s.end = mapped + size;
+        status = read_either(&s, size - mark);
+        import_unmap_file(mapped, size);
     }
     if (status) error_place((source_place){path, 0, 0});
     names_deinit(&s.names);

@@ -47,9 +47,6 @@ uint32_t *polygons_add(polygons *p, uint32_t corners) {
     return out;
 }
 
-/* Cutting takes the square of the corners or more: past so many they are a fan. */
-enum { CORNERS_CUT_MAX = 2048 };
-
 typedef struct cutter {
     uint32_t *ring, *cut;
     vec3 *places;
@@ -63,14 +60,8 @@ static bool cut_polygon(cutter *c, uint32_t *at, uint32_t corners, const snell_v
         return false;
     memcpy(c->ring, at, corners * sizeof *at);
     for (uint32_t i = 0; i < corners; i++) c->places[i] = positions[at[i]];
-    size_t made = 0;
-    if (corners <= CORNERS_CUT_MAX) made = triangulate(c->places, corners, c->cut);
+    size_t made = triangulate(c->places, corners, c->cut);
     for (size_t i = 0; i < made; i++) at[i] = c->ring[c->cut[i]];
-    for (size_t t = made / 3; t < corners - 2; t++) {
-        at[3 * t] = c->ring[0];
-        at[3 * t + 1] = c->ring[t + 1];
-        at[3 * t + 2] = c->ring[t + 2];
-    }
     return true;
 }
 

@@ -41,39 +41,180 @@ static flat flatten(vec3 p, dvec3 n) {
 /* A hole joined to its outline by an edge there and back has corners at the same place. */
 static bool same(flat a, flat b) { return a.x == b.x && a.y == b.y; }
 
-static bool is_ear(const flat *p, const uint32_t *ring, uint32_t left, uint32_t i) {
-    uint32_t a = ring[(i + left - 1) % left], b = ring[i], c = ring[(i + 1) % left];
-    if (!(turn(p[a], p[b], p[c]) > 0)) return false;
-    for (uint32_t k = 0; k < left; k++) {
-        uint32_t q = ring[k];
-        if (same(p[q], p[a]) || same(p[q], p[b]) || same(p[q], p[c])) continue;
-        if (turn(p[a], p[b], p[q]) >= 0 && turn(p[b], p[c], p[q]) >= 0 &&
-            turn(p[c], p[a], p[q]) >= 0)
-            return false;
+/* The corners that are not cut off yet, in boxes within boxes: runs of `order`, which follows a Morton curve, halved
+ * until they are short. */
+enum { RUN = 16 };
+typedef struct box {
+    flat low, high;
+    uint32_t left; /* corners not cut off */
+} box;
+
+typedef struct outline {
+    const flat *p;
+    uint32_t *before, *next; /* corner, around what is left */
+    uint32_t *order, *place; /* place: where in order a corner is */
+    bool *cut;
+    box *boxes; /* box k holds 2 k + 1 and 2 k + 2 */
+    uint32_t count;
+    uint64_t
+        work; /* what may still be looked at: hostile polygons would take the cube of their corners */
+} outline;
+
+typedef struct spot {
+    uint64_t code;
+    uint32_t corner;
+} spot;
+
+static uint64_t spread(uint64_t x) {
+    x = (x | x << 16) & 0x0000ffff0000ffff;
+    x = (x | x << 8) & 0x00ff00ff00ff00ff;
+    x = (x | x << 4) & 0x0f0f0f0f0f0f0f0f;
+    x = (x | x << 2) & 0x3333333333333333;
+    return (x | x << 1) & 0x5555555555555555;
+}
+
+/* 0 .. 2^32 - 1 from low to high. */
+static uint64_t cell(double x, double low, double high) {
+    return x > low ? (uint64_t)((x - low) / (high - low) * 0xffffffff) : 0;
+}
+
+static int by_code(const void *a, const void *b) {
+    const spot *x = a, *y = b;
+    if (x->code != y->code) return x->code < y->code ? -1 : 1;
+    return (x->corner > y->corner) - (x->corner < y->corner);
+}
+
+static bool sort_corners(outline *o) {
+    flat low = o->p[0], high = o->p[0];
+    spot *spots = memory_resize(NULL, o->count, sizeof *spots);
+    if (spots == NULL) return false;
+    for (uint32_t i = 0; i < o->count; i++) {
+        flat q = o->p[i];
+        low = (flat){q.x < low.x ? q.x : low.x, q.y < low.y ? q.y : low.y};
+        high = (flat){q.x > high.x ? q.x : high.x, q.y > high.y ? q.y : high.y};
     }
+    for (uint32_t i = 0; i < o->count; i++)
+        spots[i] = (spot){spread(cell(o->p[i].x, low.x, high.x)) |
+                              spread(cell(o->p[i].y, low.y, high.y)) << 1,
+                          i};
+    if (o->count > RUN) qsort(spots, o->count, sizeof *spots, by_code);
+    for (uint32_t i = 0; i < o->count; i++) {
+        o->order[i] = spots[i].corner;
+        o->place[spots[i].corner] = i;
+    }
+    free(spots);
     return true;
 }
 
-static size_t cut_ears(const flat *p, uint32_t *ring, uint32_t count, uint32_t *indices) {
+static void make_boxes(outline *o, uint32_t k, uint32_t begin, uint32_t end) {
+    box b = {o->p[o->order[begin]], o->p[o->order[begin]], end - begin};
+    for (uint32_t i = begin; i < end; i++) {
+        flat q = o->p[o->order[i]];
+        b.low = (flat){q.x < b.low.x ? q.x : b.low.x, q.y < b.low.y ? q.y : b.low.y};
+        b.high = (flat){q.x > b.high.x ? q.x : b.high.x, q.y > b.high.y ? q.y : b.high.y};
+    }
+    o->boxes[k] = b;
+    if (end - begin <= RUN) return;
+    uint32_t middle = begin + (end - begin) / 2;
+    make_boxes(o, 2 * k + 1, begin, middle);
+    make_boxes(o, 2 * k + 2, middle, end);
+}
+
+/* Is all of the box on the right of the edge? As `turn` rounds: at the corner where it is largest. */
+static bool is_right(flat a, flat b, const box *of) {
+    flat most = {b.y > a.y ? of->low.x : of->high.x, b.x > a.x ? of->high.y : of->low.y};
+    return turn(a, b, most) < 0;
+}
+
+/* Does the triangle hold a corner of the run, other than its own? */
+static bool holds(outline *o, const flat t[3], uint32_t k, uint32_t begin, uint32_t end) {
+    const box *b = &o->boxes[k];
+    if (b->left == 0 || o->work == 0) return false;
+    o->work--;
+    if (is_right(t[0], t[1], b) || is_right(t[1], t[2], b) || is_right(t[2], t[0], b)) return false;
+    if (end - begin > RUN) {
+        uint32_t middle = begin + (end - begin) / 2;
+        return holds(o, t, 2 * k + 1, begin, middle) || holds(o, t, 2 * k + 2, middle, end);
+    }
+    for (uint32_t i = begin; i < end; i++) {
+        flat q = o->p[o->order[i]];
+        if (o->cut[o->order[i]] || same(q, t[0]) || same(q, t[1]) || same(q, t[2])) continue;
+        if (turn(t[0], t[1], q) >= 0 && turn(t[1], t[2], q) >= 0 && turn(t[2], t[0], q) >= 0)
+            return true;
+    }
+    return false;
+}
+
+static bool is_ear(outline *o, uint32_t i) {
+    const flat t[3] = {o->p[o->before[i]], o->p[i], o->p[o->next[i]]};
+    return turn(t[0], t[1], t[2]) > 0 && !holds(o, t, 0, 0, o->count);
+}
+
+static void cut_corner(outline *o, uint32_t i) {
+    o->next[o->before[i]] = o->next[i];
+    o->before[o->next[i]] = o->before[i];
+    o->cut[i] = true;
+    uint32_t begin = 0, end = o->count, k = 0;
+    for (;;) {
+        o->boxes[k].left--;
+        if (end - begin <= RUN) return;
+        uint32_t middle = begin + (end - begin) / 2;
+        bool second = o->place[i] >= middle;
+        k = 2 * k + 1 + second;
+        if (second)
+            begin = middle;
+        else
+            end = middle;
+    }
+}
+
+static size_t cut_ears(outline *o, uint32_t *indices) {
     size_t used = 0;
     uint32_t i = 0, tried = 0;
-    uint64_t looks = 20 * (uint64_t)count; /* hostile polygons would take the cube of it */
-    for (uint32_t left = count; left >= 3;) {
+    uint64_t looks = 20 * (uint64_t)o->count;
+    for (uint32_t left = o->count; left >= 3;) {
         /* Where nothing is an ear the polygon is not simple: any corner does. */
-        if (left > 3 && tried < left && looks > 0 && !is_ear(p, ring, left, i)) {
+        if (left > 3 && tried < left && looks > 0 && o->work > 0 && !is_ear(o, i)) {
             looks--;
-            i = (i + 1) % left;
+            i = o->next[i];
             tried++;
             continue;
         }
-        indices[used++] = ring[(i + left - 1) % left];
-        indices[used++] = ring[i];
-        indices[used++] = ring[(i + 1) % left];
-        for (uint32_t k = i + 1; k < left; k++) ring[k - 1] = ring[k];
+        indices[used++] = o->before[i];
+        indices[used++] = i;
+        indices[used++] = o->next[i];
+        cut_corner(o, i);
         left--;
-        i = i % left;
+        i = o->next[i];
         tried = 0;
     }
+    return used;
+}
+
+static size_t cut_outline(const flat *p, uint32_t count, uint32_t *indices) {
+    size_t box_count = 1, used = 0;
+    for (uint32_t run = count; run > RUN; run -= run / 2) box_count = 2 * box_count + 1;
+    uint32_t *links = memory_resize(NULL, 4 * (size_t)count, sizeof *links);
+    outline o = {.p = p,
+                 .cut = memory_zeroed(count, sizeof *o.cut),
+                 .boxes = memory_resize(NULL, box_count, sizeof *o.boxes),
+                 .count = count,
+                 .work = 1000 * (uint64_t)count};
+    if (links && o.cut && o.boxes) {
+        o.before = links, o.next = links + count;
+        o.order = links + 2 * (size_t)count, o.place = links + 3 * (size_t)count;
+        for (uint32_t i = 0; i < count; i++) {
+            o.before[i] = i ? i - 1 : count - 1;
+            o.next[i] = i + 1 < count ? i + 1 : 0;
+        }
+        if (sort_corners(&o)) {
+            make_boxes(&o, 0, 0, count);
+            used = cut_ears(&o, indices);
+        }
+    }
+    free(links);
+    free(o.cut);
+    free(o.boxes);
     return used;
 }
 
@@ -107,16 +248,11 @@ size_t triangulate(const vec3 *corners, uint32_t count, uint32_t *indices) {
     if (count <= 3) return fan(count, indices);
     dvec3 n = normal_of(corners, count);
     flat *p = memory_resize(NULL, count, sizeof *p);
-    uint32_t *ring = memory_resize(NULL, count, sizeof *ring);
     size_t used = 0;
-    if (p && ring) {
-        for (uint32_t i = 0; i < count; i++) {
-            p[i] = flatten(corners[i], n);
-            ring[i] = i;
-        }
-        used = is_convex(p, count) ? fan(count, indices) : cut_ears(p, ring, count, indices);
+    if (p) {
+        for (uint32_t i = 0; i < count; i++) p[i] = flatten(corners[i], n);
+        used = is_convex(p, count) ? fan(count, indices) : cut_outline(p, count, indices);
     }
     free(p);
-    free(ring);
     return used ? used : fan(count, indices); /* without memory */
 }
