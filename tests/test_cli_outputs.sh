@@ -153,6 +153,10 @@ animations() {
     [ "$(stat -c %s out)" = $((2 * (6 + 40 * 30 * 3 / 2) + $(head -c 200 out | head -1 | wc -c))) ] ||
         fail "y4m of another size"
     cp out pipe.y4m
+    run 0 anim.lua "${small[@]}" --frames 2..3 --fps 30 --chroma 444 -o whole.y4m
+    head -1 whole.y4m | grep -q " C444 " || fail "--chroma 444 is not in the file"
+    [ "$(stat -c %s whole.y4m)" = $(($(head -1 whole.y4m | wc -c) + 2 * (6 + 3 * 40 * 30))) ] || fail "the size of whole.y4m"
+    wrong "--chroma: a .apng file has no choice of it" ".y4m" anim.lua --frames 2..3 --chroma 444 -o a.apng
     run 0 anim.lua "${small[@]}" --frames 2..3 --fps 30 -o file.y4m
     cmp -s pipe.y4m file.y4m || fail "a y4m file differs from the pipe"
     run 0 anim.lua "${small[@]}" --frame 2 -o one.apng # one frame

@@ -318,24 +318,25 @@ static void jpeg_loses_little(void **state) {
 
 /* ---- Y4M ---- */
 
-/* Back to R'G'B' by the inverse matrix of BT.709, as a player does. */
-static void check_y4m_frame(const uint8_t *planes, const uint8_t *wanted) {
-    enum { HALF_WIDTH = (WIDTH + 1) / 2, HALF_HEIGHT = (HEIGHT + 1) / 2 };
-    const uint8_t *blue = planes + WIDTH * HEIGHT, *red = blue + HALF_WIDTH * HALF_HEIGHT;
+/* Back to R'G'B' by the inverse matrix of BT.709, as a player does. One chroma sample stands for side^2 pixels. */
+static void check_y4m_frame(const uint8_t *planes, const uint8_t *wanted, int side) {
+    const int row = (WIDTH + side - 1) / side, rows = (HEIGHT + side - 1) / side;
+    const uint8_t *blue = planes + WIDTH * HEIGHT, *red = blue + row * rows;
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++) {
-            /* the chroma that the four pixels have in common */
+            /* the chroma that the pixels have in common */
             double mean[3] = {0, 0, 0};
-            for (int i = 0; i < 4; i++) {
-                int px = x / 2 * 2 + i % 2, py = y / 2 * 2 + i / 2;
+            for (int i = 0; i < side * side; i++) {
+                int px = x / side * side + i % side, py = y / side * side + i / side;
                 if (px >= WIDTH) px = WIDTH - 1;
                 if (py >= HEIGHT) py = HEIGHT - 1;
-                for (int c = 0; c < 3; c++) mean[c] += wanted[3 * (py * WIDTH + px) + c] / 4.0;
+                for (int c = 0; c < 3; c++)
+                    mean[c] += wanted[3 * (py * WIDTH + px) + c] / (double)(side * side);
             }
             const uint8_t *w = wanted + 3 * (size_t)(y * WIDTH + x);
             double luma = 0.2126 * w[0] + 0.7152 * w[1] + 0.0722 * w[2];
             double mean_luma = 0.2126 * mean[0] + 0.7152 * mean[1] + 0.0722 * mean[2];
-            int half = y / 2 * HALF_WIDTH + x / 2;
+            int half = y / side * row + x / side;
             double got_luma = (planes[y * WIDTH + x] - 16) * 255.0 / 219;
             double r = (red[half] - 128) * 255.0 / 224 * 1.5748,
                    b = (blue[half] - 128) * 255.0 / 224 * 1.8556;
@@ -356,32 +357,63 @@ static bool refuse(void *user, const void *data, size_t size) {
     return false;
 }
 
-static void y4m_is_a_stream(void **state) {
-    (void)state;
-    static const char head[] = "YUV4MPEG2 W21 H13 F24000:1001 Ip A1:1 C420jpeg XYSCSS=420JPEG "
-                               "XCOLORRANGE=LIMITED\n";
-    enum { SIZE = WIDTH * HEIGHT + 2 * ((WIDTH + 1) / 2) * ((HEIGHT + 1) / 2) };
+static void check_y4m_stream(uint32_t chroma, const char *head, int side) {
+    const size_t head_size = strlen(head), chroma_row = (size_t)(WIDTH + side - 1) / (size_t)side,
+                 size =
+                     WIDTH * HEIGHT + 2 * chroma_row * ((size_t)(HEIGHT + side - 1) / (size_t)side);
     const movie_format *format;
     bytes b = {NULL, 0};
     movie_sink sink = {.write = collect, .user = &b};
-    image_options options = {.tag = NULL};
+    image_options options = {.chroma = chroma};
     movie *m;
     assert_int_equal(movie_format_find("y4m", NULL, &format), SNELL_OK);
     assert_int_equal(movie_create(format, &sink, 23.976, &options, &m), SNELL_OK);
     for (int i = 0; i < FRAMES; i++) {
         image_pixels pixels = make_frame(3, i);
         assert_int_equal(movie_add(m, &pixels, &options), SNELL_OK);
-        assert_int_equal(b.size, sizeof head - 1 + (size_t)(i + 1) * (6 + SIZE));
+        assert_int_equal(b.size, head_size + (size_t)(i + 1) * (6 + size));
     }
     assert_int_equal(movie_finish(m, NULL), SNELL_OK);
-    assert_memory_equal(b.data, head, sizeof head - 1);
+    assert_memory_equal(b.data, head, head_size);
     for (int i = 0; i < FRAMES; i++) {
-        const uint8_t *at = b.data + sizeof head - 1 + (size_t)i * (6 + SIZE);
+        const uint8_t *at = b.data + head_size + (size_t)i * (6 + size);
         uint8_t *wanted = shown_frame(3, i);
         assert_memory_equal(at, "FRAME\n", 6);
-        check_y4m_frame(at + 6, wanted);
+        check_y4m_frame(at + 6, wanted, side);
         free(wanted);
     }
+    free(b.data);
+}
+
+static void y4m_is_a_stream(void **state) {
+    (void)state;
+#define HEAD "YUV4MPEG2 W21 H13 F24000:1001 Ip A1:1 "
+    check_y4m_stream(0, HEAD "C420jpeg XYSCSS=420JPEG XCOLORRANGE=LIMITED\n", 2);
+    check_y4m_stream(420, HEAD "C420jpeg XYSCSS=420JPEG XCOLORRANGE=LIMITED\n", 2);
+    check_y4m_stream(444, HEAD "C444 XYSCSS=444 XCOLORRANGE=LIMITED\n", 1);
+}
+
+static void y4m_goes_into_files_and_may_fail(void **state) {
+    (void)state;
+    const movie_format *format, *other;
+    bytes b = {NULL, 0};
+    movie_sink sink = {.write = collect, .user = &b};
+    image_options options = {.chroma = 422};
+    movie *m;
+    assert_int_equal(movie_format_find("y4m", NULL, &format), SNELL_OK);
+    assert_int_equal(movie_format_find("apng", NULL, &other), SNELL_OK);
+    assert_int_equal(movie_create(format, &sink, 24, &options, &m), SNELL_ERR_ARGUMENT);
+    options.chroma = 444;
+    sink.path = "a.apng";
+    assert_int_equal(movie_create(other, &sink, 24, &options, &m), SNELL_ERR_ARGUMENT);
+    options.chroma = 0;
+    sink.path = NULL;
+    assert_int_equal(movie_create(format, &sink, 23.976, &options, &m), SNELL_OK);
+    for (int i = 0; i < FRAMES; i++) {
+        image_pixels pixels = make_frame(3, i);
+        assert_int_equal(movie_add(m, &pixels, &options), SNELL_OK);
+    }
+    assert_int_equal(movie_finish(m, NULL), SNELL_OK);
     bytes file = make("a.y4m", 3, FRAMES, 23.976, NULL, 0);
     assert_int_equal(file.size, b.size);
     assert_memory_equal(file.data, b.data, b.size);
@@ -604,6 +636,7 @@ int main(void) {
         cmocka_unit_test(jpeg_loses_little),
 #endif
         cmocka_unit_test(y4m_is_a_stream),
+        cmocka_unit_test(y4m_goes_into_files_and_may_fail),
         cmocka_unit_test(black_and_white_are_16_and_235),
         cmocka_unit_test(what_is_done_goes_elsewhere),
         cmocka_unit_test(what_makes_no_animation_is_refused),

@@ -34,6 +34,8 @@ const option_info option_table[] = {
      CMD_RENDER | CMD_CONVERT, 0, "8|16|32", false},
     {OPT_QUALITY, "quality", 0, "N", "90", "of JPEG and WebP, 1 to 100; in WebP 100 loses nothing",
      OUTPUT, CMD_RENDER | CMD_CONVERT, 0, NULL, false},
+    {OPT_CHROMA, "chroma", 0, "N", "420", "of .y4m: 420, one for four pixels, or 444, of each",
+     OUTPUT, CMD_RENDER, 0, "420|444", false},
     {OPT_FORCE, "force", 0, NULL, NULL, "without -o: overwrite even a file snell did not make",
      OUTPUT, CMD_RENDER, 0, NULL, false},
     {OPT_STRIP, "strip", 0, NULL, NULL, "leave out the tag that tells how the picture was made",

@@ -13,6 +13,7 @@ typedef enum option_id {
     OPT_STRIP,
     OPT_BITS,
     OPT_QUALITY,
+    OPT_CHROMA,
     OPT_AOV,
     OPT_ERROR,
     OPT_ERROR_MAP,

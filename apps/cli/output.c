@@ -137,13 +137,16 @@ bool output_is_movie(const options *o, bool many_frames) {
     return !format.picture || (many_frames && !standard && find_number(given, &length) == NULL);
 }
 
-/* What --bits and --quality ask for must be there to be had. */
+/* What --bits, --quality and --chroma ask for must be there to be had. */
 static int check_encoding(const options *o, const snell_picture_format_info *f) {
     uint32_t bits, quality;
     int code = values_read_encoding(o, &bits, &quality);
     if (code == EXIT_DONE && quality > 0 && !f->quality)
         code = report_usage("it is for .jpg and .webp", "--quality: a %s file loses nothing",
                             f->extension);
+    if (code == EXIT_DONE && o->value[OPT_CHROMA] != NULL && !f->chroma)
+        code =
+            report_usage("it is for .y4m", "--chroma: a %s file has no choice of it", f->extension);
     if (code == EXIT_DONE && bits > 0 && bits != f->bits[0] && bits != f->bits[1])
         code = report_usage("PNG has 8 or 16, EXR 16 or 32", "--bits: a %s file has no %u of them",
                             f->extension, bits);

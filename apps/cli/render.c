@@ -93,6 +93,8 @@ static int begin_movie(job *j, const snell_image_desc *image, const snell_render
     desc.fps = fps;
     desc.image = &first;
     desc.write = write_standard;
+    const char *chroma = j->stage.options->value[OPT_CHROMA]; /* 420 or 444 */
+    if (chroma != NULL) desc.chroma = (uint32_t)strtoul(chroma, NULL, 10);
     status = snell_movie_create(standard ? NULL : j->output.path, &desc, &j->run->movie);
     free(tag);
     if (status != SNELL_OK) return report_status(status, j->output.path);

@@ -743,6 +743,7 @@ typedef struct snell_picture_format_info {
     bool quality;      /* has a quality */
     uint32_t side_max; /* pixels each way; 0: what a film can have */
     uint32_t bits[2];  /* of a channel: usually, and by choice, else 0 */
+    bool chroma;       /* the animation has a choice of it */
 } snell_picture_format_info;
 SNELL_API bool snell_picture_format(uint32_t index, snell_picture_format_info *out);
 
@@ -758,6 +759,7 @@ typedef struct snell_movie_desc {
     /* Takes the bytes in order where no path is given (formats that are a stream); false: it failed. */
     bool (*write)(void *user, const void *data, size_t size);
     void *user;
+    uint32_t chroma; /* of y4m: 420, one for four pixels, or 444, of each; 0: 420 */
 } snell_movie_desc;
 static inline snell_movie_desc snell_movie_desc_init(size_t struct_size) {
     snell_movie_desc desc;

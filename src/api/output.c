@@ -181,7 +181,8 @@ bool snell_picture_format(uint32_t index, snell_picture_format_info *out) {
         .tag = codec ? codec->has_tag : moving->has_tag,
         .quality = kind->has_quality,
         .side_max = kind->side_max,
-        .bits = {kind->bits, kind->bits_other}};
+        .bits = {kind->bits, kind->bits_other},
+        .chroma = moving && moving->has_chroma};
     return true;
 }
 
@@ -196,7 +197,8 @@ static snell_status movie_open(const char *path, const snell_movie_desc *desc, s
     movie_sink sink = {path, desc->write, desc->user};
     image_options options = {.tag = desc->image ? desc->image->tag : NULL,
                              .bits = desc->image ? desc->image->bits : 0,
-                             .quality = desc->image ? desc->image->quality : 0};
+                             .quality = desc->image ? desc->image->quality : 0,
+                             .chroma = desc->chroma};
     snell_status status = movie_format_find(desc->format, path, &format);
     return status ? status : movie_create(format, &sink, desc->fps, &options, &out->movie);
 }

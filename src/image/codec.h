@@ -21,6 +21,7 @@ typedef struct image_options {
     white_balance white; /* the same; before the exposure */
     uint32_t bits;       /* of a channel, where a format has a choice (bits_other); 0: its usual */
     uint32_t quality;    /* of formats that lose something: 1 to 100; 0: 90 */
+    uint32_t chroma;     /* of y4m: 420 or 444; 0: 420 */
     const char *tag;     /* how the picture was made, UTF-8; NULL or "": none */
     /* Beside the picture, of its size; kept by formats that can (has_layers). */
     const film_layer *layers;

@@ -56,6 +56,10 @@ snell_status movie_create(const movie_format *format, const movie_sink *sink, do
                           const image_options *options, movie **out) {
     if (!(fps >= 0.001 && fps <= 100000))
         return error_set(SNELL_ERR_ARGUMENT, "0.001 to 100000", "%g frames a second", fps);
+    if (options->chroma != 0 &&
+        (!format->has_chroma || (options->chroma != 420 && options->chroma != 444)))
+        return error_set(SNELL_ERR_ARGUMENT, "420 or 444, of y4m", "chroma %u of %s",
+                         options->chroma, format->extension);
     if (sink->path == NULL && !format->streams)
         return error_set(SNELL_ERR_ARGUMENT, "write it to a file, or y4m",
                          "%s is finished at its beginning, so it cannot go into a pipe",

@@ -26,7 +26,8 @@ typedef struct movie_format {
     const char *name, *extension, *help;
     const image_codec *codec; /* whose bits and quality it has, and whether it is built */
     bool has_tag;
-    bool streams; /* needs no patch: it may go into a pipe */
+    bool streams;    /* needs no patch: it may go into a pipe */
+    bool has_chroma; /* a choice of it */
     snell_status (*begin)(movie_state *m, image_buffer *out);
     snell_status (*add)(movie_state *m, const image_pixels *pixels, image_buffer *out);
     /* The file's last bytes; returns how many patches there are, at most MOVIE_PATCHES_MAX. */
