@@ -6,12 +6,18 @@
  * a scene that could be committed: the start of snell-import, its sandbox, reading, the checks on both
  * sides and the hand-over; libassimp's that of aiImportFile with aiProcess_Triangulate. Each load is a
  * process of its own, forked from one that has loaded nothing; the two take turns, the other way round in
- * every other round. */
+ * every other round. Loads of their own, which are not timed, are looked at every half millisecond for the memory that
+ * both of snell's processes take at one moment. */
+#include <dirent.h>
 #include <math.h>
+#include <poll.h>
 #include <stdio.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include <snell/snell.h>
 
 #if SNELL_HAS_ASSIMP
 #include <assimp/cimport.h>
@@ -299,14 +305,122 @@ static cost measure(uint32_t (*load)(const char *path), const char *path) {
     return result;
 }
 
+/* ---- memory ---- */
+
+typedef struct footprint { /* MiB */
+    double import; /* the most at one moment of both processes, beyond what there was before */
+    double scene,
+        tree; /* the description's arrays; the acceleration structure of the committed scene */
+} footprint;
+
+static const char handed_over[] = "/memfd:snell-import"; /* from the helper to the parent */
+
+/* kB of a process: each page over the number of processes that map it. Without the block that is handed over, which
+ * takes memory where nobody maps it too. */
+static double mapped_by(pid_t process) {
+    char path[64], line[512];
+    double sum = 0, kb;
+    bool counts = true;
+    snprintf(path, sizeof path, "/proc/%d/smaps", (int)process);
+    FILE *file = fopen(path, "r");
+    while (file != NULL && fgets(line, sizeof line, file)) {
+        unsigned long from, to;
+        if (sscanf(line, "%lx-%lx ", &from, &to) == 2) counts = strstr(line, handed_over) == NULL;
+        if (counts && sscanf(line, "Pss: %lf kB", &kb) == 1) sum += kb;
+    }
+    if (file != NULL) fclose(file);
+    return sum;
+}
+
+/* kB of the block that is handed over, which the parent holds open. */
+static double block_of(pid_t parent) {
+    char folder[64], path[400], target[64];
+    double kb = 0;
+    snprintf(folder, sizeof folder, "/proc/%d/fd", (int)parent);
+    DIR *open_files = opendir(folder);
+    for (struct dirent *entry; open_files != NULL && (entry = readdir(open_files)) != NULL;) {
+        struct stat info;
+        snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
+        ssize_t length = readlink(path, target, sizeof target);
+        bool is_block = length >= (ssize_t)sizeof handed_over - 1 &&
+                        memcmp(target, handed_over, sizeof handed_over - 1) == 0;
+        if (is_block && stat(path, &info) == 0) kb = (double)info.st_blocks / 2;
+    }
+    if (open_files != NULL) closedir(open_files);
+    return kb;
+}
+
+/* MiB of a process and its child. */
+static double memory_of(pid_t parent) {
+    char path[64];
+    int helper = 0;
+    snprintf(path, sizeof path, "/proc/%d/task/%d/children", (int)parent, (int)parent);
+    FILE *file = fopen(path, "r");
+    if (file == NULL) return NAN; /* a kernel that does not tell */
+    if (fscanf(file, "%d", &helper) != 1) helper = 0;
+    fclose(file);
+    double kb = mapped_by(parent) + block_of(parent) + (helper ? mapped_by(helper) : 0);
+    return kb / 1024;
+}
+
+static void must(snell_status status) {
+    if (status) die(snell_last_error()->text);
+}
+
+/* In a process of its own: says when the scene is loaded, commits it, and tells its size. */
+static void load_and_commit(const char *path, int to) {
+    snell_context *context;
+    snell_scene *scene;
+    snell_scene_stats stats = {.struct_size = sizeof stats};
+    footprint sizes = {0};
+    snell_load_desc desc = SNELL_INIT(load_desc);
+    desc.memory_max = (uint64_t)4 << 30;
+    sizes.import = -mapped_by(getpid()) / 1024;
+    must(snell_context_create(NULL, &context));
+    must(snell_scene_create(context, &scene));
+    must(snell_scene_load(scene, path, &desc));
+    bool told = write(to, "", 1) == 1;
+    must(snell_scene_commit(scene, NULL, NULL));
+    must(snell_scene_get_stats(scene, &stats));
+    sizes.scene = (double)stats.memory_geometry / (1 << 20);
+    sizes.tree = (double)stats.memory_accel / (1 << 20);
+    _exit(told && write(to, &sizes, sizeof sizes) == sizeof sizes ? 0 : 1);
+}
+
+static footprint measure_memory(const char *path) {
+    int ends[2], status;
+    footprint result;
+    double most = 0;
+    char loaded;
+    if (pipe(ends) != 0) die("no pipe");
+    fflush(NULL);
+    pid_t child = fork();
+    if (child < 0) die("cannot fork");
+    if (child == 0) load_and_commit(path, ends[1]);
+    close(ends[1]);
+    struct pollfd waiting = {ends[0], POLLIN, 0};
+    while (poll(&waiting, 1, 0) == 0) {
+        double now = memory_of(child);
+        if (!(now <= most)) most = now;
+        usleep(500);
+    }
+    bool whole =
+        read(ends[0], &loaded, 1) == 1 && read(ends[0], &result, sizeof result) == sizeof result;
+    close(ends[0]);
+    if (waitpid(child, &status, 0) != child || status != 0 || !whole) die("a load failed");
+    result.import += most;
+    return result;
+}
+
 /* ---- the table ---- */
 
-enum { SNELL, ASSIMP, READERS };
+enum { SNELL, ASSIMP, READERS, MEMORY_ROUNDS = 5 };
 typedef struct row {
     const char *name;
     double size; /* MB */
     uint32_t triangles;
     summary seconds[READERS], cpu[READERS], peak[READERS], ratio, cpu_ratio;
+    footprint memory;
 } row;
 
 static row measure_file(const char *name, const char *path, uint32_t rounds) {
@@ -331,6 +445,10 @@ static row measure_file(const char *name, const char *path, uint32_t rounds) {
         ratio[i] = seconds[SNELL][i] / seconds[ASSIMP][i];
         cpu_ratio[i] = cpu[SNELL][i] / cpu[ASSIMP][i];
     }
+    for (uint32_t i = 0; i < MEMORY_ROUNDS; i++) { /* a moment may be missed */
+        footprint f = measure_memory(path);
+        if (i == 0 || !(f.import <= r.memory.import)) r.memory = f;
+    }
     for (int k = 0; k < READERS; k++) {
         r.seconds[k] = summarise(seconds[k], rounds);
         r.cpu[k] = summarise(cpu[k], rounds);
@@ -344,9 +462,10 @@ static row measure_file(const char *name, const char *path, uint32_t rounds) {
 static void print_row(const row *r, bool json, bool last) {
     if (json) {
         printf("  {\"name\": \"%s\", \"megabytes\": %.1f, \"triangles\": %u, \"seconds\": %.4f, "
-               "\"cpu_seconds\": %.4f, \"peak_mib\": %.0f",
+               "\"cpu_seconds\": %.4f, \"peak_mib\": %.0f, \"import_mib\": %.1f, \"scene_mib\": "
+               "%.1f, \"tree_mib\": %.1f",
                r->name, r->size, r->triangles, r->seconds[SNELL].median, r->cpu[SNELL].median,
-               r->peak[SNELL].median);
+               r->peak[SNELL].median, r->memory.import, r->memory.scene, r->memory.tree);
         if (SNELL_HAS_ASSIMP)
             printf(", \"assimp_seconds\": %.4f, \"assimp_cpu_seconds\": %.4f, \"assimp_peak_mib\": "
                    "%.0f, \"ratio\": %.3f, \"ratio_min\": %.3f, \"ratio_max\": %.3f, "
@@ -363,7 +482,9 @@ static void print_row(const row *r, bool json, bool last) {
         printf(" %8.3f s %6.0f MiB   %5.2f [%.2f, %.2f]   %5.2f [%.2f, %.2f]",
                r->seconds[ASSIMP].median, r->peak[ASSIMP].median, r->ratio.median, r->ratio.low,
                r->ratio.high, r->cpu_ratio.median, r->cpu_ratio.low, r->cpu_ratio.high);
-    printf("\n");
+    printf("   %4.0f MiB %4.0f %4.0f   %.2f %.2f\n", r->memory.import, r->memory.scene,
+           r->memory.tree, r->memory.import / r->memory.scene,
+           r->memory.import / (r->memory.scene + r->memory.tree));
     fflush(stdout);
 }
 
@@ -417,8 +538,9 @@ int main(int count, char **arguments) {
     if (s.json)
         printf("{\"rounds\": %u, \"files\": [\n", (unsigned)s.rounds);
     else
-        printf("%-10s %10s %9s %10s %10s%s\n", "", "file", "triangles", "snell", "peak",
-               SNELL_HAS_ASSIMP ? "  libassimp       peak   ratio [least, most]   of CPU time"
+        printf("%-10s %10s %9s %10s %10s%s   at once scene tree   over scene, + tree\n", "", "file",
+               "triangles", "snell", "peak",
+               SNELL_HAS_ASSIMP ? "  libassimp       peak   ratio [least, most]   of CPU time      "
                                 : "");
     size_t total = i < count ? (size_t)(count - i) : FORMATS;
     for (size_t k = 0; k < total; k++) {

@@ -547,13 +547,16 @@ typedef struct builder {
     uint32_t *groups;
     uint32_t *slot_of, grey;
     double size;
+    bool single; /* one mesh is all: what was read is freed or taken while it is made */
 } builder;
 
 static bool gather_indices(builder *b, const run *runs, size_t count) {
-    const uint32_t *from = b->o->faces.indices;
+    uint32_t *from = b->o->faces.indices;
     size_t total = 0;
     for (size_t i = 0; i < count; i++) total += runs[i].end - runs[i].first;
-    b->out.indices = memory_aligned(total * sizeof *b->out.indices);
+    b->single = total == b->o->faces.index_count;
+    b->out.indices = b->single ? from : memory_aligned(total * sizeof *b->out.indices);
+    if (b->single) b->o->faces.indices = NULL;
     if (b->out.indices == NULL) return false;
     for (size_t i = 0; i < count; i++)
         for (size_t k = runs[i].first; k < runs[i].end; k++) {
@@ -569,31 +572,54 @@ static bool gather_indices(builder *b, const run *runs, size_t count) {
     return true;
 }
 
+static void release(snell_vec3 **array) {
+    free(*array);
+    *array = NULL;
+}
+
 static bool gather_vertices(builder *b, bool *has_lacking) {
-    const obj *o = b->o;
+    obj *o = b->o;
     size_t count = b->out.vertex_count, with_vt = 0, with_vn = 0;
     for (size_t i = 0; i < count; i++) {
         with_vt += o->corners[b->used[i]].vt != 0;
         with_vn += o->corners[b->used[i]].vn != 0;
     }
     *has_lacking = with_vn < count;
-    b->out.positions = memory_aligned(count * sizeof(snell_vec3));
-    if (with_vn) b->out.normals = memory_aligned(count * sizeof(snell_vec3));
-    if (with_vt) b->out.uvs = memory_aligned(count * sizeof(snell_vec2));
-    if (o->colors) b->out.colors = memory_aligned(count * sizeof(snell_vec3));
-    if (with_vn && *has_lacking) b->lacks = memory_resize(NULL, count, 1);
-    if (!b->out.positions || (with_vn && !b->out.normals) || (with_vt && !b->out.uvs) ||
-        (o->colors && !b->out.colors) || (with_vn && *has_lacking && !b->lacks))
-        return false;
-    for (size_t i = 0; i < count; i++) {
-        const corner *c = &o->corners[b->used[i]];
-        b->out.positions[i] = o->v[c->v];
-        if (with_vn) b->out.normals[i] = c->vn ? o->vn[c->vn - 1] : (snell_vec3){0, 0, 0};
-        if (with_vt) b->out.uvs[i] = c->vt ? o->vt[c->vt - 1] : (snell_vec2){0, 0};
-        if (o->colors) b->out.colors[i] = o->colors[c->v];
-        if (b->lacks) b->lacks[i] = c->vn == 0;
+    const corner *corners = o->corners;
+    const uint32_t *used = b->used;
+    if ((b->out.positions = memory_aligned(count * sizeof(snell_vec3))) == NULL) return false;
+    for (size_t i = 0; i < count; i++) b->out.positions[i] = o->v[corners[used[i]].v];
+    if (b->single) release(&o->v);
+    if (with_vn) {
+        b->out.normals = memory_aligned(count * sizeof(snell_vec3));
+        if (*has_lacking) b->lacks = memory_resize(NULL, count, 1);
+        if (b->out.normals == NULL || (*has_lacking && b->lacks == NULL)) return false;
+        for (size_t i = 0; i < count; i++) {
+            uint32_t vn = corners[used[i]].vn;
+            b->out.normals[i] = vn ? o->vn[vn - 1] : (snell_vec3){0, 0, 0};
+            if (b->lacks) b->lacks[i] = vn == 0;
+        }
+    }
+    if (b->single) release(&o->vn);
+    if (with_vt) {
+        if ((b->out.uvs = memory_aligned(count * sizeof(snell_vec2))) == NULL) return false;
+        for (size_t i = 0; i < count; i++) {
+            uint32_t vt = corners[used[i]].vt;
+            b->out.uvs[i] = vt ? o->vt[vt - 1] : (snell_vec2){0, 0};
+        }
+    }
+    if (o->colors) {
+        if ((b->out.colors = memory_aligned(count * sizeof(snell_vec3))) == NULL) return false;
+        for (size_t i = 0; i < count; i++) b->out.colors[i] = o->colors[corners[used[i]].v];
     }
     return true;
+}
+
+/* Of the only mesh, all that its vertices were gathered from. */
+static void release_read(builder *b) {
+    obj *o = b->o;
+    free(o->vt), free(o->corners), free(o->colors), free(b->local), free(b->used);
+    o->vt = NULL, o->corners = NULL, o->colors = NULL, b->local = b->used = NULL;
 }
 
 static bool gather_groups(builder *b, const run *runs, size_t count) {
@@ -656,6 +682,7 @@ static snell_status build_mesh(builder *b, const run *runs, size_t count) {
     if (!gather_indices(b, runs, count) || !gather_vertices(b, &lacking) ||
         (lacking && !gather_groups(b, runs, count)))
         status = error_no_memory();
+    if (b->single) release_read(b);
     if (!status) status = gather_materials(b, runs, count, &material);
     if (!status && lacking) status = surfaces_smooth(&b->out, b->lacks, b->groups);
     if (!status)
@@ -754,6 +781,8 @@ static snell_status read_prepared(obj *o, const obj_text *text, const char *mapp
     if (!status) status = look_ahead(o);
     if (!status && !make_arrays(o)) status = error_no_memory();
     if (!status) status = read_text(o);
+    free(o->newest);
+    o->newest = NULL;
     if (!status) status = convert_colors(o);
     return status ? status : build(o);
 }

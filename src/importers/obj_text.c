@@ -33,8 +33,15 @@ static char *from_utf16(const char *text, size_t *size) {
 
 /* A line goes on where it ends with a backslash. Both become blanks, so that places stay. */
 static bool has_continuation(const char *text, size_t size) {
-    for (const char *at = text; (at = memchr(at, '\\', size - (size_t)(at - text))) != NULL; at++)
-        if (at[1] == '\n' || at[1] == '\r') return true;
+    enum { PART = 1 << 20 };
+    for (size_t done = 0; done < size;
+         done += PART) { /* what was looked at need not stay in memory */
+        size_t part = size - done < PART ? size - done : PART;
+        const char *at = text + done, *end = at + part;
+        for (; (at = memchr(at, '\\', (size_t)(end - at))) != NULL; at++)
+            if (at[1] == '\n' || at[1] == '\r') return true;
+        import_forget(text, size, end);
+    }
     return false;
 }
 
@@ -50,7 +57,7 @@ static void join_lines(char *text) {
 bool obj_text_prepare(const char *text, size_t size, obj_text *out) {
     bool wide = size >= 2 && (memcmp(text, "\xff\xfe", 2) == 0 || memcmp(text, "\xfe\xff", 2) == 0);
     size_t mark = import_mark_size(text, size);
-    bool old = !wide && memchr(text, '\r', size) && !memchr(text, '\n', size);
+    bool old = !wide && !memchr(text, '\n', size) && memchr(text, '\r', size);
     if (wide) {
         text = out->copy = from_utf16(text, &size);
         if (text == NULL) return false;

@@ -93,10 +93,11 @@ static void note_alpha(ply *p, const property *q, double value) {
     if (q->role == ALPHA && value < opaque[q->type]) p->see_through = true;
 }
 
-/* Every row of one property of an element without lists. */
-static void read_column(ply *p, const property *q, const char *at, size_t stride, uint64_t count) {
-    float *to = q->to;
+/* Rows of one property of an element without lists, from the first-th on. */
+static void read_column(ply *p, const property *q, const char *at, size_t stride, uint64_t first,
+                        uint64_t count) {
     size_t step = q->step;
+    float *to = q->to ? q->to + first * step : NULL;
     if (q->type == F32 && !p->head.swapped && to && q->role < COLOR) {
         for (uint64_t i = 0; i < count; i++, at += stride, to += step) memcpy(to, at, sizeof *to);
     } else if (q->type == U8 && to && q->role >= COLOR && q->role < UV) {
@@ -203,8 +204,9 @@ static snell_status read_single(ply *p, const element *e, uint64_t row, const pr
     return SNELL_OK;
 }
 
+enum { ROWS_AT_ONCE = 65536 };
 static void say_progress(const ply *p, uint64_t row) {
-    if (row % 65536 != 0) return;
+    if (row % ROWS_AT_ONCE != 0) return;
     import_forget(p->text, (size_t)(p->end - p->text), p->at);
     if (p->options->progress)
         p->options->progress(p->options->progress_user,
@@ -233,12 +235,16 @@ static snell_status read_rows(ply *p, element *e) {
     for (size_t i = 0; i < e->property_count; i++) lists |= e->properties[i].list;
     if (e->property_count == 0) return SNELL_OK;
     if (!lists && !p->head.ascii) {
-        size_t stride = row_size(e), offset = 0;
-        for (size_t i = 0; i < e->property_count; i++) {
-            read_column(p, &e->properties[i], p->at + offset, stride, e->count);
-            offset += ply_sizes[e->properties[i].type];
+        const size_t stride = row_size(e);
+        for (uint64_t row = 0; row < e->count; row += ROWS_AT_ONCE) {
+            uint64_t count = e->count - row < ROWS_AT_ONCE ? e->count - row : ROWS_AT_ONCE;
+            say_progress(p, row);
+            for (size_t i = 0, offset = 0; i < e->property_count; i++) {
+                read_column(p, &e->properties[i], p->at + offset, stride, row, count);
+                offset += ply_sizes[e->properties[i].type];
+            }
+            p->at += count * stride;
         }
-        p->at += e->count * stride;
         return SNELL_OK;
     }
     for (uint64_t row = 0; row < e->count; row++) {
@@ -370,6 +376,7 @@ static uint64_t read_plain_triangles(ply *p, const element *e, uint64_t total) {
     uint32_t *to = p->faces.indices + p->faces.index_count;
     uint64_t row = 0;
     for (; row < e->count && *at == 3; row++, at += 13, to += 3) {
+        if (row % ROWS_AT_ONCE == 0) p->at = at, say_progress(p, row);
         memcpy(to, at + 1, 12);
         if (to[0] >= total || to[1] >= total || to[2] >= total) break;
     }
