@@ -1,9 +1,10 @@
-/* snell convert: a picture in another format or look. */
+/* snell convert: a picture in another format or look; scenes are convert_scene.c's. */
 #include <inttypes.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "commands.h"
+#include "convert.h"
 #include "output.h"
 #include "picture.h"
 #include "progress.h"
@@ -72,26 +73,38 @@ static int convert(session *s, const output *out) {
     return code;
 }
 
-int convert_command(const options *o) {
-    if (o->operands.count != 2) {
-        return report_usage("such as: snell convert glass.exr glass.png",
-                            "convert needs two names: the picture, and what to write");
+static int open_and_convert(const options *o, const output *picture) {
+    signals_setup();
+    progress_setup(NULL);
+    session s = {.options = o};
+    int code = session_open(&s, o);
+    if (code == EXIT_DONE) {
+        progress_begin(session_label(o->operands.items[0]));
+        code = picture != NULL ? convert(&s, picture) : convert_scene(&s);
+        progress_end();
     }
+    session_close(&s);
+    return code;
+}
+
+static int convert_picture(const options *o) {
     output out = {.path = NULL};
     double exposure = 0;
     int code = values_read_decimal(o, OPT_EXPOSURE, "exposure", -50, 50, &exposure);
     if (code == EXIT_DONE) code = output_plan_path(&out, o, "", o->operands.items[1]);
     if (code == EXIT_DONE) code = check_look(o, &out);
-    signals_setup();
-    progress_setup(NULL);
-    session s = {.options = o};
-    if (code == EXIT_DONE) code = session_open(&s, o);
-    if (code == EXIT_DONE) {
-        progress_begin(session_label(o->operands.items[0]));
-        code = convert(&s, &out);
-        progress_end();
-    }
-    session_close(&s);
+    if (code == EXIT_DONE) code = open_and_convert(o, &out);
     output_free(&out);
     return code;
+}
+
+int convert_command(const options *o) {
+    if (o->operands.count != 2) {
+        return report_usage("such as: snell convert glass.exr glass.png",
+                            "convert needs two names: the picture or scene, and what to write");
+    }
+    bool scene = convert_writes_scene(o->operands.items[1]);
+    int code = convert_check_options(o, scene);
+    if (code != EXIT_DONE) return code;
+    return scene ? open_and_convert(o, NULL) : convert_picture(o);
 }

@@ -93,7 +93,7 @@ const option_info option_table[] = {
     {OPT_FOV, "fov", 0, "DEG", "scene, 40", "vertical field of view", VIEW, CMD_PICTURE,
      OPTION_PICTURE, NULL, false},
     {OPT_UP, "up", 0, "AXIS", "y; STL: z", "x, y, z, -x, -y or -z; for files that do not say", VIEW,
-     CMD_PICTURE, OPTION_PICTURE, "x|y|z|-x|-y|-z", false},
+     CMD_PICTURE | CMD_CONVERT, OPTION_PICTURE, "x|y|z|-x|-y|-z", false},
 
     {OPT_LIGHT, "light", 0, "RIG", "studio", "studio or none", LIGHT, CMD_PICTURE, OPTION_PICTURE,
      "studio|none", false},
@@ -133,16 +133,16 @@ const option_info option_table[] = {
 
     {OPT_SET, "set", 'D', "NAME=VALUE", NULL,
      "a value for param(\"NAME\") in a Lua scene; animation and fps of a glTF file", PROGRAMS,
-     CMD_PICTURE | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, NULL, false},
+     CMD_PICTURE | CMD_INFO | CMD_CONVERT, OPTION_PICTURE | OPTION_REPEATS, NULL, false},
     {OPT_ALLOW, "allow", 'I', "DIR", "the scene's own folder", "also read files in DIR", PROGRAMS,
-     CMD_PICTURE | CMD_INFO, OPTION_PICTURE | OPTION_REPEATS, "@folder", false},
+     CMD_PICTURE | CMD_INFO | CMD_CONVERT, OPTION_PICTURE | OPTION_REPEATS, "@folder", false},
     {OPT_INPUT_FORMAT, "input-format", 0, "F", "by its content",
-     "for standard input or a wrong extension", PROGRAMS, CMD_PICTURE | CMD_INFO, OPTION_PICTURE,
-     NULL, false},
+     "for standard input or a wrong extension", PROGRAMS,
+     CMD_PICTURE | CMD_INFO | CMD_CONVERT, OPTION_PICTURE, NULL, false},
 
     {OPT_FRAME, "frame", 0, "N", "the first",
      "one frame of an animation (animation{}, a glTF file's), or of a turntable", ANIMATION,
-     CMD_PICTURE | CMD_INFO, OPTION_PICTURE, NULL, false},
+     CMD_PICTURE | CMD_INFO | CMD_CONVERT, OPTION_PICTURE, NULL, false},
     {OPT_FRAMES, "frames", 0, "A..B", NULL,
      "each of these frames: in one .apng, .webp or .y4m; else in files of their own, OUT.0001.png, "
      "or where OUT has %04d",
@@ -273,16 +273,22 @@ const command_info command_table[] = {
      "snell compare -q a.png b.png && echo equal\n"
      "snell compare long.exr short.exr --max-rejected 0\n"
      "snell compare a.png b.png --json | jq .rmse"},
-    {CMD_CONVERT, "convert", "A B", "change format, exposure or tone map; no new rendering",
-     "change a picture's format, exposure or tone map\n"
-     "A is PNG, JPEG, PPM, EXR, PFM or HDR, B a .png, .exr, .jpg, .webp, .pfm or .ppm; '-' is "
+    {CMD_CONVERT, "convert", "A B", "a picture or a scene in another form; no new rendering",
+     "change a picture's format, exposure or tone map, or compile a scene\n"
+     "B's extension decides. .snell: A is a scene or model, and B becomes a compiled scene: one file with "
+     "all that is in it, textures and meshes too. It is read like any other, faster, and its pictures "
+     "are the same to the bit; another version of snell refuses it, so keep A. Values (-D), the frame "
+     "and --up are settled by it.\n"
+     "Otherwise A is a PNG, JPEG, PPM, EXR, PFM or HDR, and B a .png, .exr, .jpg, .webp, .pfm or .ppm; '-' is "
      "standard input or "
-     "output. Nothing is rendered. From floats to 8 bits the picture is exposed and mapped as its "
+     "output. From floats to 8 bits the picture is exposed and mapped as its "
      "scene asks, if snell made it. Its tag is kept: 'snell info B' says how to make it again.",
      "B is the old file or the complete new one, never half written.",
      "snell convert glass.exr glass.png --exposure 1.5 --tonemap neutral\n"
      "snell convert render.exr depth.png --layer depth --exposure -3\n"
-     "snell render my.lua -o - --format exr | snell convert - my.png"},
+     "snell render my.lua -o - --format exr | snell convert - my.png\n"
+     "snell convert city.pbrt city.snell && snell city.snell\n"
+     "snell convert solar-system.lua day40.snell --frame 40"},
     {CMD_BENCH, "bench", "[FILE]", "where the time goes; without FILE, this machine's score",
      "say where the time of a picture goes\n"
      "FILE is made into a picture several times, with the options that 'snell render' takes; "

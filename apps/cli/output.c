@@ -195,7 +195,7 @@ static bool can_write_in(const char *folder) {
 }
 
 /* A picture that cannot be written should be known before it is computed. */
-static int check_folder(const char *path) {
+int output_check_folder(const char *path) {
     const char *slash = strrchr(path, '/');
     size_t length = slash == NULL ? 1 : slash == path ? 1 : (size_t)(slash - path);
     char *folder = slash == NULL ? strdup(".") : strndup(path, length);
@@ -259,7 +259,7 @@ static int plan_file(output *out, const options *o, const char *label) {
                             "--format is for standard output, '-'");
     }
     int code = check_format(label, output_extension(out->path), out->path, &out->format);
-    return code == EXIT_DONE ? check_folder(out->path) : code;
+    return code == EXIT_DONE ? output_check_folder(out->path) : code;
 }
 
 int output_plan_path(output *out, const options *o, const char *label, const char *path) {

@@ -27,6 +27,8 @@ int output_plan(output *out, const options *o, const output_subject *subject);
 /* The same for a path as it was given; `label` begins messages, such as "--error: ". */
 int output_plan_path(output *out, const options *o, const char *label, const char *path);
 void output_free(output *out);
+/* Can a file of this name be written there? Exit code. */
+int output_check_folder(const char *path);
 /* Before the first picture: would two inputs write one file? whole: of each input, as above. */
 int output_check_all(const options *o, const render_values *v, const bool *whole);
 /* Do all frames of an input go into one file? */

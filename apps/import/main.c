@@ -129,6 +129,7 @@ static int read_scene(request *asked, const char *missing) {
     asked->import.progress = say_progress;
     asked->import.progress_user = &last;
     if (import_file(asked->file, asked->format, &asked->import, d)) return say_error();
+    d->has_next_frame |= asked->import.next_frame;
     return end_result(records_write(d, write_result, &result));
 }
 

@@ -219,6 +219,13 @@ SNELL_API void snell_scene_destroy(snell_scene *scene);
 /* Adds the file's objects to the scene; on failure the scene is as before. */
 SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path,
                                         const snell_load_desc *desc);
+/* Writes what was added, committed or not, by the path's extension; the path has the old file or the whole
+ * new one.
+ *   .snell  a compiled scene, of this version of the library: snell_scene_load reads it in no time, and its
+ *           pictures are the same to the bit. One frame of an animation; params have their values.
+ * SNELL_ERR_UNSUPPORTED: the format cannot say something that is in the scene, such as a shape by the
+ * caller's own functions; the error names it. */
+SNELL_API snell_status snell_scene_save(const snell_scene *scene, const char *path);
 
 /* The studio rig: a camera that frames everything, a key light over its shoulder, a fill and a
  * gradient that metals can reflect; only what the scene lacks. `view`, when not NULL, is the

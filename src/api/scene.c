@@ -2,11 +2,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "api/api.h"
 #include "base/memory.h"
 #include "geometry/mesh.h"
 #include "importers/importer.h"
+#include "scene/compiled.h"
 #include "scene/records.h"
 #include "scene/settings.h"
 
@@ -118,10 +120,17 @@ static snell_status check_load(const char *path, const snell_load_desc *desc) {
     if (desc->frame > FRAME_MAX)
         return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_load: frame %u; at most %d",
                          desc->frame, FRAME_MAX);
+    return SNELL_OK;
+}
+
+static snell_status read_file(const char *path, const snell_load_desc *desc,
+                              const helper_options *options, description *d) {
+    bool compiled = options->format ? strcmp(options->format, "snell") == 0 : compiled_is_file(path);
+    if (compiled) return compiled_import(path, &options->import, d);
     if (!desc->allow_helper)
         return error_set(SNELL_ERR_UNSUPPORTED, "set allow_helper",
                          "files are read by snell-import, which was not allowed");
-    return SNELL_OK;
+    return helper_import(path, options, d);
 }
 
 snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load_desc *desc) {
@@ -145,9 +154,33 @@ snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load
                               .progress = desc->progress ? report_read : NULL,
                               .user = &progress};
     size_t first = s->description->message_count;
-    status = helper_import(path, &options, s->description);
+    status = read_file(path, desc, &options, s->description);
     forward_messages(s, first);
     scene_end_edit(s);
+    return status;
+}
+
+/* ---- saving ---- */
+
+static const struct {
+    const char *extension;
+    snell_status (*write)(const description *d, const char *path);
+} saved_formats[] = {{".snell", compiled_write}};
+
+snell_status snell_scene_save(const snell_scene *s, const char *path) {
+    if (path == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_save: path is NULL");
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+    size_t count = sizeof saved_formats / sizeof saved_formats[0], i = 0;
+    while (i < count && (dot == NULL || strcasecmp(dot, saved_formats[i].extension) != 0)) i++;
+    if (i == count)
+        return error_set(SNELL_ERR_ARGUMENT, "the extension says how it is written: .snell or .lua",
+                         "'%s' is no kind of scene that snell writes", path);
+    snell_status status = scene_begin_look(s);
+    if (status) return status;
+    unsigned saved = floatenv_enter();
+    status = saved_formats[i].write(s->description, path);
+    floatenv_leave(saved);
+    scene_end_read(s);
     return status;
 }
 

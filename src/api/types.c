@@ -86,6 +86,7 @@ const char *snell_formats(uint32_t index, const char **help) {
         const char *extension, *text;
     } formats[] = {
         {".lua", "a scene program"},
+        {".snell", "a compiled scene, written by 'snell convert'"},
         {".pbrt", "pbrt-v4, with what it includes"},
         {".nff", "NFF of the Standard Procedural Databases"},
         {".gltf", "glTF 2.0, with its buffers and images beside it"},

@@ -61,6 +61,13 @@ typedef struct helper_options {
  * as it was. Warnings of the importer are among d's messages. */
 snell_status helper_import(const char *path, const helper_options *options, description *d);
 
+/* Does the file begin as a compiled scene (scene/compiled.h)? Such a file needs no helper
+ * (helper_compiled.c). */
+bool compiled_is_file(const char *path);
+/* As an importer's read, in this process. What was decided when the file was written (params, up, another
+ * frame) gives SNELL_ERR_ARGUMENT. */
+snell_status compiled_import(const char *path, const import_options *options, description *d);
+
 typedef struct helper_picture {
     film film;
     char *layers; /* names, each with its 0; an empty one at the end; NULL: none; free */

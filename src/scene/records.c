@@ -1,5 +1,6 @@
 #include "scene/records.h"
 
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -7,7 +8,7 @@
 #include "base/memory.h"
 #include "sampling/sampling.h"
 
-enum { VERSION = 3, STRING_MAX = 1 << 16, NAME_MAX_SIZE = 1024, PARAMS_MAX = 10000 };
+enum { VERSION = 4, STRING_MAX = 1 << 16, NAME_MAX_SIZE = 1024, PARAMS_MAX = 10000 };
 enum { MESSAGE_RECORDS_MAX = 1000 };
 enum record_kind { RECORD_OBJECT = 1, RECORD_INSTANCE, RECORD_PARAM, RECORD_MESSAGE };
 
@@ -20,8 +21,9 @@ typedef struct block_header {
     uint32_t version, record_count;
     uint64_t size, types_hash;
     char format[16];
-    uint32_t is_model, zero;
+    uint32_t is_model, flags;
 } block_header;
+enum { HAS_NEXT_FRAME = 1, IS_SETTLED = 2 };
 
 typedef struct record_header {
     uint32_t kind, zero;
@@ -212,6 +214,7 @@ static bool put_records(writer *w, const description *d, uint32_t *count) {
 
 snell_status records_write(const description *d, record_write_fn *write, void *user) {
     block_header header = {.version = VERSION, .is_model = d->is_model, .types_hash = hash_types()};
+    header.flags = (d->has_next_frame ? HAS_NEXT_FRAME : 0u) | (d->is_settled ? IS_SETTLED : 0u);
     memcpy(header.magic, magic, sizeof magic);
     memcpy(header.format, d->format, sizeof header.format);
     writer measure = {.at = sizeof header};
@@ -281,6 +284,7 @@ typedef struct reader {
     description *d;
     description_mark base; /* what was there before */
     uint32_t instance_count, param_count, message_count;
+    bool settled;
 } reader;
 
 static snell_status wrong(const char *what) {
@@ -431,8 +435,23 @@ static const char *free_name(const reader *r, category which, const char *name, 
     return wanted;
 }
 
+/* Adding normalises directions, and what was rounded to floats would not stay as it is: a settled block
+ * has them back, if they are of length 1 but for that rounding. */
+static snell_status keep_directions(const type_info *type, const void *from, void *to) {
+    for (uint32_t i = 0; i < type->field_count; i++) {
+        const field *f = &type->fields[i];
+        if (f->kind != FIELD_VEC3 || !(f->flags & FIELD_UNIT_LENGTH)) continue;
+        snell_vec3 v;
+        memcpy(&v, (const char *)from + f->offset, sizeof v);
+        double x = (double)v.x, y = (double)v.y, z = (double)v.z;
+        if (!(fabs(x * x + y * y + z * z - 1) < 1e-6)) return wrong("a direction's length");
+        memcpy((char *)to + f->offset, &v, sizeof v);
+    }
+    return SNELL_OK;
+}
+
 static snell_status read_object(reader *r) {
-    uint32_t number = get_u32(r), line = get_u32(r);
+    uint32_t number = get_u32(r), line = get_u32(r), index = 0;
     const char *name = get_string(r, NAME_MAX_SIZE), *file = get_string(r, STRING_MAX);
     char other_name[NAME_MAX_SIZE + 16];
     if (!r->failed && number == TYPE_GROUP) {
@@ -460,7 +479,9 @@ static snell_status read_object(reader *r) {
             r->d, type, desc,
             (object_source){free_name(r, type->category, name, other_name, sizeof other_name), file,
                             line},
-            NULL);
+            &index);
+    if (!status && !kept && r->settled)
+        status = keep_directions(type, desc, r->d->objects[type->category].items[index].desc);
     free(shifted.ids[0]);
     free(shifted.ids[1]);
     free(desc);
@@ -544,9 +565,17 @@ static snell_status check_header(const block_header *header, size_t size) {
         return error_set(SNELL_ERR_SYNTAX, "install library and programs of one build",
                          "a scene block of another build of snell");
     if (header->size != size) return wrong("its size");
-    if (header->is_model > 1 || header->zero != 0) return wrong("its header");
+    if (header->is_model > 1 || header->flags > (HAS_NEXT_FRAME | IS_SETTLED)) return wrong("its header");
     if (memchr(header->format, 0, sizeof header->format) == NULL) return wrong("its format's name");
     return SNELL_OK;
+}
+
+bool records_fit(const void *data, size_t size) {
+    block_header header;
+    if (size < sizeof header) return false;
+    memcpy(&header, data, sizeof header);
+    return memcmp(header.magic, magic, sizeof magic) == 0 && header.version == VERSION &&
+           header.types_hash == hash_types();
 }
 
 snell_status records_read(const void *data, size_t size, description *d) {
@@ -557,11 +586,17 @@ snell_status records_read(const void *data, size_t size, description *d) {
     memcpy(&header, data, sizeof header);
     snell_status status = check_header(&header, size);
     if (status) return status;
-    reader r = {.data = data, .at = sizeof header, .d = d, .base = description_get_mark(d)};
+    reader r = {.data = data,
+                .at = sizeof header,
+                .d = d,
+                .base = description_get_mark(d),
+                .settled = (header.flags & IS_SETTLED) != 0};
     status = read_records(&r, size, header.record_count);
     if (status == SNELL_OK) {
         memcpy(d->format, header.format, sizeof d->format);
         d->is_model = header.is_model == 1;
+        d->has_next_frame = (header.flags & HAS_NEXT_FRAME) != 0;
+        d->is_settled = r.settled;
         return SNELL_OK;
     }
     description_rewind(d, &r.base);
