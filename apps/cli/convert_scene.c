@@ -10,7 +10,7 @@
 #include "text.h"
 #include "values.h"
 
-static const char *const extensions[] = {"snell"};
+static const char *const extensions[] = {"snell", "lua"};
 
 bool convert_writes_scene(const char *path) {
     for (size_t i = 0; i < sizeof extensions / sizeof extensions[0]; i++)
@@ -37,7 +37,7 @@ int convert_check_options(const options *o, bool scene) {
         for (size_t k = 0; k < option_table_count; k++)
             if (option_table[k].id == wrong[i] && (option_table[k].flags & OPTION_HIDDEN) == 0)
                 name = option_table[k].name;
-        return report_usage(scene ? "'snell render' makes its picture" : "B would be a .snell file",
+        return report_usage(scene ? "'snell render' makes its picture" : "B would be a .snell or .lua file",
                             "--%s is for %s, and B is %s", name, scene ? "pictures" : "scenes",
                             scene ? "a scene" : "a picture");
     }

@@ -223,6 +223,8 @@ SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path,
  * new one.
  *   .snell  a compiled scene, of this version of the library: snell_scene_load reads it in no time, and its
  *           pictures are the same to the bit. One frame of an animation; params have their values.
+ *   .lua    a program in the scene language, with the same pictures to the bit; its large meshes and images
+ *           go to files in the folder NAME.files beside NAME.lua
  * SNELL_ERR_UNSUPPORTED: the format cannot say something that is in the scene, such as a shape by the
  * caller's own functions; the error names it. */
 SNELL_API snell_status snell_scene_save(const snell_scene *scene, const char *path);

@@ -7,6 +7,7 @@
 #include "api/api.h"
 #include "base/memory.h"
 #include "geometry/mesh.h"
+#include "exporters/exporter.h"
 #include "importers/importer.h"
 #include "scene/compiled.h"
 #include "scene/records.h"
@@ -165,7 +166,7 @@ snell_status snell_scene_load(snell_scene *s, const char *path, const snell_load
 static const struct {
     const char *extension;
     snell_status (*write)(const description *d, const char *path);
-} saved_formats[] = {{".snell", compiled_write}};
+} saved_formats[] = {{".snell", compiled_write}, {".lua", lua_write}};
 
 snell_status snell_scene_save(const snell_scene *s, const char *path) {
     if (path == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_save: path is NULL");

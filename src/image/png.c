@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "base/memory.h"
-#include "image/codec.h"
+#include "image/png.h"
 
 static const char keyword[] = "snell";
 
@@ -84,6 +84,24 @@ static snell_status encode(const image_pixels *pixels, const image_options *opti
     if (done) return SNELL_OK;
     if (!ready || strcmp(job.text, "out of memory") == 0) return error_no_memory();
     return error_set(SNELL_ERR_INTERNAL, "try .ppm", "libpng failed: %s", job.text);
+}
+
+snell_status png_encode_bytes(const void *pixels, uint32_t width, uint32_t height, uint32_t channels,
+                              image_buffer *out) {
+    png_image image = {.version = PNG_IMAGE_VERSION, .width = width, .height = height};
+    image.format = channels == 1   ? PNG_FORMAT_GRAY
+                   : channels == 3 ? PNG_FORMAT_RGB
+                                   : PNG_FORMAT_RGBA;
+    png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(image);
+    void *data = memory_resize(NULL, size, 1);
+    if (data == NULL) return error_no_memory();
+    bool done = png_image_write_to_memory(&image, data, &size, 0, pixels, 0, NULL) != 0;
+    bool kept = done && image_buffer_add(out, data, size);
+    free(data);
+    if (kept) return SNELL_OK;
+    if (done) return error_no_memory();
+    return error_set(SNELL_ERR_UNSUPPORTED, "make the image smaller", "libpng failed: %s",
+                     image.message);
 }
 
 /* ---- reading the head: signature, then chunks of length, type, data, CRC ---- */

@@ -20,6 +20,7 @@ typedef struct import_options {
     /* Set by a scene program that reads a model: the model is a part of it, which has a clock of its
      * own and takes no params. fps 0: 24; animation: name, number or "all"; NULL: the first. */
     bool within;
+    bool flat; /* normals that the file leaves out are not made: its faces stay flat */
     double fps;
     const char *animation;
     uint64_t memory_max; /* bytes; 0: in the helper's parent a share of the machine's memory */

@@ -188,7 +188,7 @@ const char *files_resolve(lua_State *L, const char *name) {
 }
 
 typedef struct wanted {
-    bool camera, lights, settings;
+    bool camera, lights, settings, flat;
     const char *animation; /* NULL: the model's first, if the scene has a clock */
 } wanted;
 
@@ -199,6 +199,7 @@ static void import_other(lua_State *L, const char *label, const char *name, cons
     import_options options = *s->options;
     options.within = true;
     options.animation = want.animation;
+    options.flat = want.flat;
     motion_give_clock(L, &options);
     const char *path = files_resolve(L, name);
     box *holder = box_push(L, destroy_description);
@@ -246,7 +247,7 @@ static int make_model(lua_State *L) {
     node like = objects_read_common(L, "model", &name);
     import_other(L, "model", file, &like,
                  (wanted){values_get_bool(L, "model", "camera", false),
-                          values_get_bool(L, "model", "lights", false), false,
+                          values_get_bool(L, "model", "lights", false), false, false,
                           values_get_string(L, "model", "animation")});
     return 1;
 }
@@ -260,18 +261,20 @@ static int include(lua_State *L) {
                  .material = NO_MATERIAL,
                  .line = scene_line(L, NULL),
                  .placed = dtransform_identity()};
-    import_other(L, "include", lua_tostring(L, 1), &like, (wanted){true, true, true, NULL});
+    import_other(L, "include", lua_tostring(L, 1), &like, (wanted){true, true, true, false, NULL});
     return 1;
 }
 
 int files_mesh(lua_State *L) {
-    static const char *const names[] = {"file", "transform", "material", "name", "motion"};
+    static const char *const names[] = {"file",   "transform", "material",
+                                        "name",   "motion",    "smooth"};
     values_refuse_both(L, "mesh", "file", "positions");
     values_refuse_both(L, "mesh", "file", "keys");
-    values_check_keys(L, "mesh", names, 5, 0);
+    values_check_keys(L, "mesh", names, 6, 0);
     const char *name, *file = need_file(L, "mesh");
     node like = objects_read_common(L, "mesh", &name);
-    import_other(L, "mesh", file, &like, (wanted){false, false, false, NULL});
+    bool flat = !values_get_bool(L, "mesh", "smooth", true);
+    import_other(L, "mesh", file, &like, (wanted){false, false, false, flat, NULL});
     return 1;
 }
 

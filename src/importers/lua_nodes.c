@@ -1,6 +1,6 @@
 /* What a scene draws: shapes, and groups of them. A node is drawn unless a later call takes it; at
- * the end the nodes that are left are flattened to instances. Of a scene that would draw more than
- * FLAT_MAX shapes, groups that are drawn more than once are kept as groups, each once. */
+ * the end the nodes that are left are flattened to instances. Groups that are `shared`, and of a scene that
+ * would draw more than FLAT_MAX shapes those that are drawn more than once, are kept as groups, each once. */
 #include "importers/lua_scene.h"
 
 #include <stdio.h>
@@ -216,9 +216,10 @@ static void add_instance(lua_State *L, void *user, const node *leaf, const inher
     }
 }
 
-/* Which groups are kept: what is drawn often, of at least two shapes; parts come before their groups.
+/* Which groups are kept: those that are to be, and in a large scene what is drawn often, of at least two
+ * shapes; parts come before their groups.
  * Where the description's groups would be too deep, the outer ones are flattened. */
-static void keep_groups(lua_State *L) {
+static void keep_groups(lua_State *L, bool large) {
     lua_scene *s = scene_of(L);
     inherited above = nothing_above();
     for (size_t i = 0; i < s->node_count; i++) {
@@ -227,7 +228,8 @@ static void keep_groups(lua_State *L) {
             uint32_t below = s->nodes[s->children[n->first_child + k]].kept_depth;
             if (below > n->kept_depth) n->kept_depth = below;
         }
-        if (n->uses < 2 || n->leaf_count < 2 || n->kept_depth == GROUP_DEPTH_MAX) continue;
+        bool often = large && n->uses >= 2 && n->leaf_count >= 2;
+        if (!(often || n->shared) || n->kept_depth == GROUP_DEPTH_MAX) continue;
         object_source source = {.file = s->path, .line = n->line};
         if (description_add_empty_group(s->d, source, &n->group)) scene_fail_last(L, NULL, NULL);
         n->kept_depth++;
@@ -246,7 +248,7 @@ void nodes_draw(lua_State *L) {
         scene_fail(L, SNELL_ERR_SYNTAX, "draw fewer copies", "the scene draws more than %u shapes",
                    LEAVES_MAX);
     /* What is included becomes nodes of the program that includes it. */
-    if (total > FLAT_MAX && s->parent == NULL) keep_groups(L);
+    if (s->parent == NULL) keep_groups(L, total > FLAT_MAX);
     inherited above = nothing_above();
     uint32_t world = NO_GROUP;
     for (size_t i = 0; i < s->node_count; i++)
@@ -263,7 +265,7 @@ void nodes_free(lua_scene *s) {
 
 /* ---- group, instance ---- */
 
-static const char *const common_names[] = {"material", "transform", "name", "motion"};
+static const char *const common_names[] = {"material", "transform", "name", "motion", "shared"};
 
 uint32_t *nodes_read_parts(lua_State *L, const char *label, size_t count) {
     uint32_t *parts = lua_newuserdatauv(L, (count + 1) * sizeof *parts, 0);
@@ -286,8 +288,9 @@ static int make_group(lua_State *L) {
     values_need_table(L, "group");
     size_t count = (size_t)lua_rawlen(L, 1);
     sandbox_charge(L, 4 * (uint64_t)count);
-    values_check_keys(L, "group", common_names, 4, (lua_Integer)count);
+    values_check_keys(L, "group", common_names, 5, (lua_Integer)count);
     node made = objects_read_common(L, "group", &name);
+    made.shared = values_get_bool(L, "group", "shared", false);
     uint32_t *parts = nodes_read_parts(L, "group", count);
     nodes_add_group(L, &made, "group", parts, count);
     return 1;
@@ -344,6 +347,10 @@ void nodes_open(lua_State *L) {
         if (i == 0) {
             lua_pushcfunction(L, shape_index);
             lua_setfield(L, -2, "__index");
+        }
+        if (i == 2) {
+            lua_pushcfunction(L, texture_multiply);
+            lua_setfield(L, -2, "__mul");
         }
         lua_pop(L, 1);
     }

@@ -23,6 +23,7 @@ typedef struct node {
     uint32_t material;   /* NO_MATERIAL: none given */
     bool overrides;      /* its material beats those of its parts */
     bool taken;          /* by a group or an instance: not drawn by itself */
+    bool shared;         /* a group that is to be kept, however few they are */
     bool kept;           /* as a group of the description, since it is drawn more than once */
     bool has_box;        /* box is known */
     uint32_t group;      /* where kept: which shape of the description */
@@ -168,6 +169,7 @@ typedef struct box {
 } box;
 box *box_push(lua_State *L, void (*destroy)(void *held));
 void handle_push(lua_State *L, const char *kind, uint32_t index);
+int texture_multiply(lua_State *L); /* __mul of HANDLE_TEXTURE */
 bool handle_get(lua_State *L, int index, const char *kind, uint32_t *out);
 
 /* ---- lua_transform.c ---- */

@@ -10,17 +10,28 @@
 
 /* ---- handles ---- */
 
-void handle_push(lua_State *L, const char *kind, uint32_t index) {
-    uint32_t *made = lua_newuserdatauv(L, sizeof *made, 0);
-    *made = index;
+typedef struct handle {
+    uint32_t index;
+    snell_vec3 factor; /* of a texture: what its colours are multiplied by */
+} handle;
+
+static void push_handle(lua_State *L, const char *kind, handle h) {
+    handle *made = lua_newuserdatauv(L, sizeof *made, 0);
+    *made = h;
     luaL_setmetatable(L, kind);
 }
 
+void handle_push(lua_State *L, const char *kind, uint32_t index) {
+    push_handle(L, kind, (handle){index, {1, 1, 1}});
+}
+
 bool handle_get(lua_State *L, int index, const char *kind, uint32_t *out) {
-    const uint32_t *found = luaL_testudata(L, index, kind);
-    if (found) *out = *found;
+    const handle *found = luaL_testudata(L, index, kind);
+    if (found) *out = found->index;
     return found != NULL;
 }
+
+static bool is_one(snell_vec3 v) { return v.x == 1 && v.y == 1 && v.z == 1; }
 
 /* ---- tables ---- */
 
@@ -192,6 +203,25 @@ static bool read_color(lua_State *L, const char *label, const field *f, snell_pa
     read_numbers(L, -1, label, f->name, "{r, g, b}", 3, v);
     out->value.v = (snell_vec3){(float)v[0], (float)v[1], (float)v[2]};
     return true;
+}
+
+/* texture * 0.5, texture * {r, g, b}: the same texture, its colours multiplied. */
+int texture_multiply(lua_State *L) {
+    static const field factor = {.name = "factor", .kind = FIELD_COLOR};
+    const handle *given = luaL_testudata(L, 1, HANDLE_TEXTURE);
+    int other = given ? 2 : 1;
+    if (given == NULL) given = luaL_testudata(L, 2, HANDLE_TEXTURE);
+    snell_param by;
+    lua_pushvalue(L, other);
+    if (given == NULL || lua_isuserdata(L, -1) || !read_color(L, "texture", &factor, &by))
+        scene_fail(L, SNELL_ERR_SYNTAX, "such as wood * 0.5, or wood * {1, 0.8, 0.6}",
+                   "a texture can only be multiplied by a number or a colour");
+    float f = (float)by.value.f;
+    snell_vec3 v = by.kind == SNELL_PARAM_FLOAT ? (snell_vec3){f, f, f} : by.value.v;
+    push_handle(L, HANDLE_TEXTURE,
+                (handle){given->index,
+                         {given->factor.x * v.x, given->factor.y * v.y, given->factor.z * v.z}});
+    return 1;
 }
 
 /* ---- words ---- */
@@ -375,6 +405,9 @@ static void read_reference(lua_State *L, const char *label, const field *f, snel
     uint32_t index;
     const char *wanted = f->kind == FIELD_MATERIAL ? HANDLE_MATERIAL : HANDLE_TEXTURE;
     if (!handle_get(L, -1, wanted, &index)) fail_kind(L, -1, label, f->name, wanted);
+    if (!is_one(((const handle *)lua_touserdata(L, -1))->factor))
+        scene_fail(L, SNELL_ERR_SYNTAX, "give the texture itself",
+                   "%s: '%s' takes a texture as it is, not a multiple of one", label, f->name);
     if (f->kind == FIELD_MATERIAL) {
         out->kind = SNELL_PARAM_MATERIAL;
         out->value.material = (snell_material_id){index + 1, 0};
@@ -416,11 +449,10 @@ void values_read_field(lua_State *L, const type_info *type, const field *f, cons
     case FIELD_INPUT:
     case FIELD_SCALAR:
         if (lua_isuserdata(L, -1)) {
-            uint32_t index;
-            if (!handle_get(L, -1, HANDLE_TEXTURE, &index))
-                fail_kind(L, -1, label, f->name, wanted);
-            out->kind = SNELL_PARAM_TEXTURE;
-            out->value.texture = (snell_texture_id){index + 1, 0};
+            const handle *given = luaL_testudata(L, -1, HANDLE_TEXTURE);
+            if (given == NULL) fail_kind(L, -1, label, f->name, wanted);
+            out->kind = SNELL_PARAM_INPUT;
+            out->value.input = (snell_input){given->factor, {given->index + 1, 0}};
         } else if (f->kind == FIELD_SCALAR && lua_type(L, -1) == LUA_TNUMBER) {
             out->kind = SNELL_PARAM_FLOAT;
             out->value.f = values_read_number(L, -1, label, f->name);

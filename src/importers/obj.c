@@ -684,7 +684,8 @@ static snell_status build_mesh(builder *b, const run *runs, size_t count) {
         status = error_no_memory();
     if (b->single) release_read(b);
     if (!status) status = gather_materials(b, runs, count, &material);
-    if (!status && lacking) status = surfaces_smooth(&b->out, b->lacks, b->groups);
+    if (!status && lacking && (b->out.normals || !o->options->flat))
+        status = surfaces_smooth(&b->out, b->lacks, b->groups);
     if (!status)
         status = surfaces_add(&b->out, o->d, &o->names, o->objects[runs[0].object], material,
                               o->options->up, (object_source){NULL, o->path, 0});
