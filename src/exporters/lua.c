@@ -48,8 +48,9 @@ static void put_animation(lua_export *e) {
     const animation_desc *clock = e->d->objects[CATEGORY_SETTING].items[index].desc;
     put(e, "animation { fps = ");
     put_float(e, clock->fps);
-    put(e, ", first = %d, last = %d } -- one frame of %d to %d\n", clock->frame, clock->frame,
-        clock->first, clock->last);
+    put(e, ", first = %d, last = %d }", clock->frame, clock->frame);
+    put(e, clock->first < clock->last ? " -- one frame of %d to %d\n" : "\n", clock->first,
+        clock->last);
 }
 
 /* The studio lights models and scene programs by different rules (api/studio.c): what it would add to the

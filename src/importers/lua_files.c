@@ -16,7 +16,9 @@
 typedef struct merge {
     lua_State *L;
     description *from, *to;
-    uint32_t texture, material, shape;
+    uint32_t texture, material;
+    /* Of each shape of the other's its number here, of a group its node; on the stack. */
+    uint32_t *shapes;
 } merge;
 
 static void destroy_description(void *held) { description_destroy(held); }
@@ -60,7 +62,8 @@ static void renumber(const merge *m, const type_info *type, void *desc) {
                 size_t count;
             } list;
             memcpy(&list, at, sizeof list);
-            for (size_t k = 0; k < list.count; k++) list.data[k].index1 += m->shape;
+            for (size_t k = 0; k < list.count; k++) /* earlier ones, of which none is a group */
+                list.data[k].index1 = 1 + m->shapes[list.data[k].index1 - 1];
             break;
         }
         default: break;
@@ -106,6 +109,8 @@ static void merge_category(merge *m, category which, const transform *moved) {
     for (size_t i = 0; i < list->count; i++) {
         object *o = &list->items[i];
         char name[512];
+        if (object_is_group(o)) continue; /* it becomes nodes */
+        if (which == CATEGORY_SHAPE) m->shapes[i] = (uint32_t)m->to->objects[which].count;
         renumber(m, o->type, o->desc);
         if (moved) move(o->type, o->desc, moved);
         object_source source = {free_name(m, which, o->name, name, sizeof name), o->file, o->line};
@@ -152,30 +157,61 @@ static void drop_slots(description *from) {
         }
 }
 
-/* The instances become nodes; pushes the group of them all. */
+static void destroy_lists(void *held) {
+    part_lists_free(held);
+    free(held);
+}
+
+/* An instance becomes a node; returns its number. */
+static uint32_t merge_instance(const merge *m, const instance *one) {
+    lua_State *L = m->L;
+    node made = {
+        .shape = m->shapes[one->shape],
+        .material = one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
+        .line = one->line,
+        .placed = one->key_count ? dtransform_identity() : dtransform_from(&one->to_world),
+        .motion = one->key_count ? motion_add(L, one->keys, one->key_count) : 0,
+        .name = one->name[0] ? one->name : NULL};
+    if (object_is_group(&m->from->objects[CATEGORY_SHAPE].items[one->shape])) {
+        made.overrides = !one->fills;
+        nodes_add_group(L, &made, "group", &m->shapes[one->shape], 1);
+    } else {
+        nodes_add_shape(L, &made);
+    }
+    lua_pop(L, 1);
+    return (uint32_t)(scene_of(L)->node_count - 1);
+}
+
+/* The instances become nodes, groups those of their parts; pushes the group of them all. */
 static void merge_instances(const merge *m, const node *like, const char *label) {
     lua_State *L = m->L;
-    lua_scene *s = scene_of(L);
-    size_t count = 0;
+    size_t shapes = m->from->objects[CATEGORY_SHAPE].count;
     uint32_t *parts = lua_newuserdatauv(L, (m->from->instance_count + 1) * sizeof *parts, 0);
+    box *holder = box_push(L, destroy_lists);
+    part_lists *lists = holder->held = memory_zeroed(1, sizeof *lists);
+    if (lists == NULL) scene_fail(L, SNELL_ERR_MEMORY, NULL, "out of memory");
+    if (part_lists_make(m->from, lists)) scene_fail_last(L, NULL, NULL);
     sandbox_charge(L, 20 * (uint64_t)m->from->instance_count);
-    for (size_t i = 0; i < m->from->instance_count; i++) {
-        const instance *one = &m->from->instances[i];
-        if (one->removed) continue;
-        node made = {
-            .shape = one->shape + m->shape,
-            .material = one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
-            .line = one->line,
-            .placed = one->key_count ? dtransform_identity() : dtransform_from(&one->to_world),
-            .motion = one->key_count ? motion_add(L, one->keys, one->key_count) : 0,
-            .name = one->name[0] ? one->name : NULL};
-        nodes_add_shape(L, &made);
+    for (size_t k = 0; k <= shapes; k++) { /* the world comes last */
+        const object *o = k < shapes ? &m->from->objects[CATEGORY_SHAPE].items[k] : NULL;
+        if (o && !object_is_group(o)) continue;
+        size_t count = 0;
+        for (uint32_t i = lists->begin[k]; i < lists->begin[k + 1]; i++)
+            parts[count++] = merge_instance(m, &m->from->instances[lists->parts[i]]);
+        node group = {.shape = NO_SHAPE,
+                      .material = NO_MATERIAL,
+                      .shared = true,
+                      .placed = dtransform_identity(),
+                      .line = o ? o->line : 0};
+        if (o == NULL) {
+            group = *like;
+            group.overrides = true;
+        }
+        nodes_add_group(L, &group, label, parts, count);
+        if (o == NULL) return;
+        m->shapes[k] = (uint32_t)(scene_of(L)->node_count - 1);
         lua_pop(L, 1);
-        parts[count++] = (uint32_t)(s->node_count - 1);
     }
-    node group = *like;
-    group.overrides = true;
-    nodes_add_group(L, &group, label, parts, count);
 }
 
 const char *files_resolve(lua_State *L, const char *name) {
@@ -213,10 +249,11 @@ static void import_other(lua_State *L, const char *label, const char *name, cons
     if (want.animation && strcmp(from->format, "gltf") != 0)
         scene_fail(L, SNELL_ERR_SYNTAX, "glTF files have", "%s: '%s' has no animations", label,
                    name);
-    merge m = {L, from, s->d, 0, 0, 0};
+    merge m = {L, from, s->d, 0, 0, NULL};
+    m.shapes = lua_newuserdatauv(
+        L, (from->objects[CATEGORY_SHAPE].count + 1) * sizeof *m.shapes, 0);
     m.texture = (uint32_t)s->d->objects[CATEGORY_TEXTURE].count;
     m.material = (uint32_t)s->d->objects[CATEGORY_MATERIAL].count;
-    m.shape = (uint32_t)s->d->objects[CATEGORY_SHAPE].count;
     if (like->material != NO_MATERIAL) drop_slots(from);
     transform moved = dtransform_round(&like->placed);
     merge_category(&m, CATEGORY_TEXTURE, NULL);
