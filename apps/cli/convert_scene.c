@@ -37,7 +37,8 @@ int convert_check_options(const options *o, bool scene) {
         for (size_t k = 0; k < option_table_count; k++)
             if (option_table[k].id == wrong[i] && (option_table[k].flags & OPTION_HIDDEN) == 0)
                 name = option_table[k].name;
-        return report_usage(scene ? "'snell render' makes its picture" : "B would be a .snell or .lua file",
+        return report_usage(scene ? "'snell render' makes its picture"
+                                  : "B would be a .snell or .lua file",
                             "--%s is for %s, and B is %s", name, scene ? "pictures" : "scenes",
                             scene ? "a scene" : "a picture");
     }
@@ -62,6 +63,13 @@ static int load(session *s, const char *path, snell_scene **out) {
     return session_load(s, path, out);
 }
 
+static int check_itself(const char *from, const char *to) {
+    struct stat a, b;
+    if (stat(from, &a) != 0 || stat(to, &b) != 0) return EXIT_DONE;
+    if (a.st_dev != b.st_dev || a.st_ino != b.st_ino) return EXIT_DONE;
+    return report_usage("give B another name", "%s would be written over itself", from);
+}
+
 static void say_done(const char *from, const char *to) {
     struct stat info = {.st_size = 0};
     char size[32];
@@ -81,7 +89,8 @@ int convert_scene(session *s) {
     const char *from = s->options->operands.items[0], *to = s->options->operands.items[1];
     snell_scene *scene = NULL;
     uint32_t last;
-    int code = output_check_folder(to);
+    int code = check_itself(from, to);
+    if (code == EXIT_DONE) code = output_check_folder(to);
     if (code == EXIT_DONE) code = values_read_frames(s->options, &s->frame, &last);
     if (code == EXIT_DONE) code = load(s, from, &scene);
     if (code == EXIT_DONE) code = report_strict();

@@ -137,8 +137,8 @@ const option_info option_table[] = {
     {OPT_ALLOW, "allow", 'I', "DIR", "the scene's own folder", "also read files in DIR", PROGRAMS,
      CMD_PICTURE | CMD_INFO | CMD_CONVERT, OPTION_PICTURE | OPTION_REPEATS, "@folder", false},
     {OPT_INPUT_FORMAT, "input-format", 0, "F", "by its content",
-     "for standard input or a wrong extension", PROGRAMS,
-     CMD_PICTURE | CMD_INFO | CMD_CONVERT, OPTION_PICTURE, NULL, false},
+     "for standard input or a wrong extension", PROGRAMS, CMD_PICTURE | CMD_INFO | CMD_CONVERT,
+     OPTION_PICTURE, NULL, false},
 
     {OPT_FRAME, "frame", 0, "N", "the first",
      "one frame of an animation (animation{}, a glTF file's), or of a turntable", ANIMATION,
@@ -274,12 +274,18 @@ const command_info command_table[] = {
      "snell compare long.exr short.exr --max-rejected 0\n"
      "snell compare a.png b.png --json | jq .rmse"},
     {CMD_CONVERT, "convert", "A B", "a picture or a scene in another form; no new rendering",
-     "change a picture's format, exposure or tone map, or compile a scene\n"
-     "B's extension decides. .snell: A is a scene or model, and B becomes a compiled scene: one file with "
-     "all that is in it, textures and meshes too. It is read like any other, faster, and its pictures "
-     "are the same to the bit; another version of snell refuses it, so keep A. Values (-D), the frame "
-     "and --up are settled by it.\n"
-     "Otherwise A is a PNG, JPEG, PPM, EXR, PFM or HDR, and B a .png, .exr, .jpg, .webp, .pfm or .ppm; '-' is "
+     "write a picture or a scene in another form\n"
+     "B's extension decides. Where A is a scene or model, B may be a .snell, a compiled scene: one "
+     "file with "
+     "all that is in it, textures and meshes too, read like any other, and faster, by this version "
+     "of snell "
+     "alone, so keep A; or a .lua, a program in the scene language, with its meshes and images in "
+     "a "
+     "folder beside it. The picture is the same to the bit. Values (-D), --frame and --up are "
+     "settled by "
+     "it.\n"
+     "Otherwise A is a PNG, JPEG, PPM, EXR, PFM or HDR, and B a .png, .exr, .jpg, .webp, .pfm or "
+     ".ppm; '-' is "
      "standard input or "
      "output. From floats to 8 bits the picture is exposed and mapped as its "
      "scene asks, if snell made it. Its tag is kept: 'snell info B' says how to make it again.",
@@ -288,6 +294,7 @@ const command_info command_table[] = {
      "snell convert render.exr depth.png --layer depth --exposure -3\n"
      "snell render my.lua -o - --format exr | snell convert - my.png\n"
      "snell convert city.pbrt city.snell && snell city.snell\n"
+     "snell convert balls.nff balls.lua\n"
      "snell convert solar-system.lua day40.snell --frame 40"},
     {CMD_BENCH, "bench", "[FILE]", "where the time goes; without FILE, this machine's score",
      "say where the time of a picture goes\n"

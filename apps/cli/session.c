@@ -250,8 +250,7 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
     desc.format = o->value[OPT_INPUT_FORMAT];
     desc.up = o->value[OPT_UP];
     desc.frame = s->frame;
-    desc.next_frame =
-        s->next_frame || (o->value[OPT_AOV] && strstr(o->value[OPT_AOV], "motion"));
+    desc.next_frame = s->next_frame || (o->value[OPT_AOV] && strstr(o->value[OPT_AOV], "motion"));
     desc.memory_max = s->memory_max;
     desc.progress = progress_report;
     snell_status status = snell_scene_load(scene, path, &desc);

@@ -246,7 +246,8 @@ static const char model_text[] =
     "rests, unless its animation is named.\n"
     "\n"
     "It is a group: an instance may take it, and it has .bounds. mesh { file = }\n"
-    "does the same without cameras and lights.";
+    "does the same without cameras and lights, and with smooth = false leaves\n"
+    "the faces of a PLY or OBJ without normals flat.";
 
 static const char include_text[] =
     "  include \"table.lua\"\n"

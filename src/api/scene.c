@@ -126,7 +126,8 @@ static snell_status check_load(const char *path, const snell_load_desc *desc) {
 
 static snell_status read_file(const char *path, const snell_load_desc *desc,
                               const helper_options *options, description *d) {
-    bool compiled = options->format ? strcmp(options->format, "snell") == 0 : compiled_is_file(path);
+    bool compiled =
+        options->format ? strcmp(options->format, "snell") == 0 : compiled_is_file(path);
     if (compiled) return compiled_import(path, &options->import, d);
     if (!desc->allow_helper)
         return error_set(SNELL_ERR_UNSUPPORTED, "set allow_helper",
@@ -168,6 +169,19 @@ static const struct {
     snell_status (*write)(const description *d, const char *path);
 } saved_formats[] = {{".snell", compiled_write}, {".lua", lua_write}};
 
+/* Shapes by the caller's functions are no data. */
+static snell_status check_types(const description *d) {
+    const object_list *shapes = &d->objects[CATEGORY_SHAPE];
+    for (size_t i = 0; i < shapes->count; i++) {
+        const object *o = &shapes->items[i];
+        if (!object_is_group(o) && type_find(CATEGORY_SHAPE, o->type->name) != o->type)
+            return error_set(SNELL_ERR_UNSUPPORTED, "make it of shapes that snell has",
+                             "shape %zu is by functions of the caller, which no file can hold",
+                             i + 1);
+    }
+    return SNELL_OK;
+}
+
 snell_status snell_scene_save(const snell_scene *s, const char *path) {
     if (path == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "snell_scene_save: path is NULL");
     const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
@@ -179,7 +193,8 @@ snell_status snell_scene_save(const snell_scene *s, const char *path) {
     snell_status status = scene_begin_look(s);
     if (status) return status;
     unsigned saved = floatenv_enter();
-    status = saved_formats[i].write(s->description, path);
+    status = check_types(s->description);
+    if (!status) status = saved_formats[i].write(s->description, path);
     floatenv_leave(saved);
     scene_end_read(s);
     return status;

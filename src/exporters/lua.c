@@ -21,8 +21,7 @@ static int find_setting(const description *d, const type_info *type) {
 /* A model is toned by `neutral` unless it says something else. */
 static void put_render(lua_export *e) {
     int index = find_setting(e->d, &setting_render);
-    const render_desc *said =
-        index < 0 ? NULL : e->d->objects[CATEGORY_SETTING].items[index].desc;
+    const render_desc *said = index < 0 ? NULL : e->d->objects[CATEGORY_SETTING].items[index].desc;
     bool toned = e->d->is_model && (said == NULL || said->tonemap == 0);
     if (index < 0 && !toned) return;
     put(e, "render {");
@@ -65,12 +64,15 @@ static void put_model_background(lua_export *e) {
         shines |= material_emits((const material_type *)materials->items[i].type,
                                  materials->items[i].desc);
     if (lit && !background)
-        put(e, "background { color = {0.2, 0.21, 0.23}, top = {0.8, 0.82, 0.85} } -- of the studio\n");
+        put(e,
+            "background { color = {0.2, 0.21, 0.23}, top = {0.8, 0.82, 0.85} } -- of the studio\n");
     if (!lit && (shines || background))
-        e->status = error_set(
-            SNELL_ERR_UNSUPPORTED, "compile it (.snell), or write scene.lua with model { file = .. } and lights",
-            "a model without lights that %s: a model is lit by the studio then, a scene program is not",
-            shines ? "shines itself" : "has a background");
+        e->status =
+            error_set(SNELL_ERR_UNSUPPORTED,
+                      "compile it (.snell), or write scene.lua with model { file = .. } and lights",
+                      "a model without lights that %s: a model is lit by the studio then, a scene "
+                      "program is not",
+                      shines ? "shines itself" : "has a background");
 }
 
 /* ---- objects ---- */
@@ -137,7 +139,8 @@ static void put_all(lua_export *e, category which, const char *table,
 }
 
 static void put_scene(lua_export *e) {
-    put(e, "-- Written by snell %s; the picture is the same as that of the %s file it was made of.\n",
+    put(e,
+        "-- Written by snell %s; the picture is the same as that of the %s file it was made of.\n",
         SNELL_VERSION_STRING, e->d->format[0] ? e->d->format : "scene's");
     put_render(e);
     put_animation(e);

@@ -30,7 +30,8 @@ static const char *stem_of(const lua_export *e, int *length) {
 /* Letters, digits, '-' and '_' of the object's name, or its type. */
 static void plain_name(const object *o, char *out, size_t size) {
     size_t used = 0;
-    for (const char *c = o->name[0] ? o->name : o->type->name; *c && used + 1 < size && used < 60; c++)
+    for (const char *c = o->name[0] ? o->name : o->type->name; *c && used + 1 < size && used < 60;
+         c++)
         out[used++] = isalnum((unsigned char)*c) || *c == '-' ? *c : '_';
     out[used] = '\0';
 }

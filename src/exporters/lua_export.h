@@ -13,7 +13,7 @@ typedef struct lua_export {
     part_lists lists;
     uint32_t *uses; /* of each shape, by instances and solids that are drawn */
     bool *made;     /* each shape that is used more than once: s[..] holds it */
-    bool *filled; /* each shape that takes its material from around it somewhere */
+    bool *filled;   /* each shape that takes its material from around it somewhere */
     bool has_folder;
     snell_status status;
 } lua_export;
@@ -36,8 +36,8 @@ void put_keys(lua_export *e, const motion_key *keys, size_t count);
 /* How the file calls an object: m.wood, m["old wood"], m[3]. prefix: "m". */
 void put_name(lua_export *e, const char *prefix, category which, uint32_t index);
 /* `what` is said of the object, such as "mesh 'wing'"; the error says that Lua cannot hold it. */
-void fail_object(lua_export *e, category which, uint32_t index, const char *hint, const char *format,
-                 ...) PRINTF_LIKE(5, 6);
+void fail_object(lua_export *e, category which, uint32_t index, const char *hint,
+                 const char *format, ...) PRINTF_LIKE(5, 6);
 
 /* ---- lua_fields.c ---- */
 /* The fields that differ from their defaults, each " name = value,". skip: names that the caller writes, as

@@ -46,8 +46,7 @@ static bool count_uses(lua_export *e) {
         if (list < count && e->uses[list] == 0) continue;
         for (uint32_t i = e->lists.begin[list]; i < e->lists.begin[list + 1]; i++)
             note_use(e, e->d->instances[e->lists.parts[i]].shape,
-                     list == count ||
-                         e->d->instances[e->lists.parts[i]].material != NO_MATERIAL);
+                     list == count || e->d->instances[e->lists.parts[i]].material != NO_MATERIAL);
         if (list == count || !is_solid(shape_at(e, (uint32_t)list))) continue;
         const solid_desc *solid = shape_at(e, (uint32_t)list)->desc;
         for (size_t i = 0; i < solid->shapes_count; i++)
@@ -173,7 +172,8 @@ static void put_shape(lua_export *e, uint32_t shape, const placed *at) {
     if (is_solid(o)) {
         const field *operation = type_find_field(o->type, "operation");
         char word[32];
-        choice_word(operation->choices, *(const int32_t *)(const void *)((const char *)o->desc + operation->offset),
+        choice_word(operation->choices,
+                    *(const int32_t *)(const void *)((const char *)o->desc + operation->offset),
                     word, sizeof word);
         put(e, "%s {", word);
         put_solid(e, shape);

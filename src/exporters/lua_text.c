@@ -37,7 +37,8 @@ static void shortest(double value, bool (*is)(double given, float wanted), float
         snprintf(out, 40, "%.*g", digits, value);
         double given = strtod(out, NULL);
         if (!is(given, wanted)) continue;
-        if (given == floor(given) && fabs(given) < 1e7) snprintf(out, 40, "%.0f", given); /* 2e+01 */
+        if (given == floor(given) && fabs(given) < 1e7)
+            snprintf(out, 40, "%.0f", given); /* 2e+01 */
         return;
     }
 }
@@ -163,10 +164,10 @@ void put_keys(lua_export *e, const motion_key *keys, size_t count) {
 /* ---- names ---- */
 
 static bool is_identifier(const char *name) {
-    static const char *const words[] = {
-        "and",   "break", "do",  "else", "elseif", "end",    "false", "for",  "function", "goto", "if",
-        "in",    "local", "nil", "not",  "or",     "repeat", "return", "then", "true",     "until",
-        "while", NULL};
+    static const char *const words[] = {"and",   "break", "do",       "else",  "elseif", "end",
+                                        "false", "for",   "function", "goto",  "if",     "in",
+                                        "local", "nil",   "not",      "or",    "repeat", "return",
+                                        "then",  "true",  "until",    "while", NULL};
     if (!isalpha((unsigned char)*name) && *name != '_') return false;
     for (const char *c = name; *c; c++)
         if (!isalnum((unsigned char)*c) && *c != '_') return false;
@@ -189,8 +190,8 @@ void put_name(lua_export *e, const char *prefix, category which, uint32_t index)
     }
 }
 
-void fail_object(lua_export *e, category which, uint32_t index, const char *hint, const char *format,
-                 ...) {
+void fail_object(lua_export *e, category which, uint32_t index, const char *hint,
+                 const char *format, ...) {
     if (e->status) return;
     char what[256], label[256];
     va_list list;

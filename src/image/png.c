@@ -86,8 +86,8 @@ static snell_status encode(const image_pixels *pixels, const image_options *opti
     return error_set(SNELL_ERR_INTERNAL, "try .ppm", "libpng failed: %s", job.text);
 }
 
-snell_status png_encode_bytes(const void *pixels, uint32_t width, uint32_t height, uint32_t channels,
-                              image_buffer *out) {
+snell_status png_encode_bytes(const void *pixels, uint32_t width, uint32_t height,
+                              uint32_t channels, image_buffer *out) {
     png_image image = {.version = PNG_IMAGE_VERSION, .width = width, .height = height};
     image.format = channels == 1   ? PNG_FORMAT_GRAY
                    : channels == 3 ? PNG_FORMAT_RGB

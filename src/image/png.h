@@ -5,7 +5,7 @@
 #include "image/codec.h"
 
 /* Rows, top first, of 1 (grey), 3 or 4 (straight alpha) bytes a pixel: reading gives them back. */
-snell_status png_encode_bytes(const void *pixels, uint32_t width, uint32_t height, uint32_t channels,
-                              image_buffer *out);
+snell_status png_encode_bytes(const void *pixels, uint32_t width, uint32_t height,
+                              uint32_t channels, image_buffer *out);
 
 #endif

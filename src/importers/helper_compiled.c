@@ -29,8 +29,7 @@ static bool moves(const description *d) {
 }
 
 /* What was decided when it was written cannot be asked for now. */
-static snell_status check_options(const char *path, const import_options *o,
-                                  const description *d) {
+static snell_status check_options(const char *path, const import_options *o, const description *d) {
     source_place place = {path, 0, 0};
     if (o->within) return SNELL_OK;
     if (o->param_count)

@@ -165,13 +165,13 @@ static void destroy_lists(void *held) {
 /* An instance becomes a node; returns its number. */
 static uint32_t merge_instance(const merge *m, const instance *one) {
     lua_State *L = m->L;
-    node made = {
-        .shape = m->shapes[one->shape],
-        .material = one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
-        .line = one->line,
-        .placed = one->key_count ? dtransform_identity() : dtransform_from(&one->to_world),
-        .motion = one->key_count ? motion_add(L, one->keys, one->key_count) : 0,
-        .name = one->name[0] ? one->name : NULL};
+    node made = {.shape = m->shapes[one->shape],
+                 .material =
+                     one->material == NO_MATERIAL ? NO_MATERIAL : one->material + m->material,
+                 .line = one->line,
+                 .placed = one->key_count ? dtransform_identity() : dtransform_from(&one->to_world),
+                 .motion = one->key_count ? motion_add(L, one->keys, one->key_count) : 0,
+                 .name = one->name[0] ? one->name : NULL};
     if (object_is_group(&m->from->objects[CATEGORY_SHAPE].items[one->shape])) {
         made.overrides = !one->fills;
         nodes_add_group(L, &made, "group", &m->shapes[one->shape], 1);
@@ -250,8 +250,8 @@ static void import_other(lua_State *L, const char *label, const char *name, cons
         scene_fail(L, SNELL_ERR_SYNTAX, "glTF files have", "%s: '%s' has no animations", label,
                    name);
     merge m = {L, from, s->d, 0, 0, NULL};
-    m.shapes = lua_newuserdatauv(
-        L, (from->objects[CATEGORY_SHAPE].count + 1) * sizeof *m.shapes, 0);
+    m.shapes =
+        lua_newuserdatauv(L, (from->objects[CATEGORY_SHAPE].count + 1) * sizeof *m.shapes, 0);
     m.texture = (uint32_t)s->d->objects[CATEGORY_TEXTURE].count;
     m.material = (uint32_t)s->d->objects[CATEGORY_MATERIAL].count;
     if (like->material != NO_MATERIAL) drop_slots(from);
@@ -303,8 +303,8 @@ static int include(lua_State *L) {
 }
 
 int files_mesh(lua_State *L) {
-    static const char *const names[] = {"file",   "transform", "material",
-                                        "name",   "motion",    "smooth"};
+    static const char *const names[] = {"file", "transform", "material",
+                                        "name", "motion",    "smooth"};
     values_refuse_both(L, "mesh", "file", "positions");
     values_refuse_both(L, "mesh", "file", "keys");
     values_check_keys(L, "mesh", names, 6, 0);

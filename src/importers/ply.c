@@ -517,8 +517,8 @@ static snell_status finish(ply *p) {
     p->out.indices = p->faces.indices;
     p->out.index_count = p->faces.index_count;
     p->faces.indices = NULL;
-    snell_status status = p->out.normals || p->options->flat ? SNELL_OK
-                          : surfaces_smooth(&p->out, NULL, NULL);
+    snell_status status =
+        p->out.normals || p->options->flat ? SNELL_OK : surfaces_smooth(&p->out, NULL, NULL);
     uint32_t material = NO_MATERIAL;
     name_set names = {0};
     if (!status) status = make_material(p, &material);

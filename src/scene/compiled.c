@@ -105,14 +105,9 @@ snell_status compiled_write(const description *d, const char *path) {
     snprintf(final.format, sizeof final.format, "snell");
     final.is_settled = true;
     final.param_count = 0;
-    uint64_t unused;
-    snell_status status = records_hash(d, &unused); /* says what cannot be kept */
-    if (status)
-        return error_set(status, "make it of shapes that snell has", "a compiled scene cannot "
-                         "hold a shape by functions of the caller");
     output o = {.buffer = memory_resize(NULL, BUFFER_SIZE, 1)};
     if (o.buffer == NULL) return error_no_memory();
-    status = write_file(&final, &o, path);
+    snell_status status = write_file(&final, &o, path);
     free(o.buffer);
     return status;
 }

@@ -19,8 +19,8 @@
 
 enum { COMPILED_HEADER_SIZE = 128 };
 
-/* Atomic (base/file.h). Parameters of a scene program are left out: they have their values.
- * SNELL_ERR_UNSUPPORTED: a shape by functions of the caller. */
+/* Atomic (base/file.h). Parameters of a scene program are left out: they have their values. All types are
+ * registered. */
 snell_status compiled_write(const description *d, const char *path);
 
 /* Does the file begin as one? */

@@ -565,7 +565,8 @@ static snell_status check_header(const block_header *header, size_t size) {
         return error_set(SNELL_ERR_SYNTAX, "install library and programs of one build",
                          "a scene block of another build of snell");
     if (header->size != size) return wrong("its size");
-    if (header->is_model > 1 || header->flags > (HAS_NEXT_FRAME | IS_SETTLED)) return wrong("its header");
+    if (header->is_model > 1 || header->flags > (HAS_NEXT_FRAME | IS_SETTLED))
+        return wrong("its header");
     if (memchr(header->format, 0, sizeof header->format) == NULL) return wrong("its format's name");
     return SNELL_OK;
 }
