@@ -112,19 +112,26 @@ static void render(float *out) {
     memcpy(out, pixels, 16 * 12 * 3 * sizeof *out);
 }
 
+/* Those that are not of the machine. */
+static size_t count_messages(const description *d) {
+    size_t count = 0;
+    for (size_t i = 0; i < d->message_count; i++) count += d->messages[i].file[0] != '\0';
+    return count;
+}
+
 static void a_compiled_scene_is_what_it_was(void **state) {
     (void)state;
     static float before[16 * 12 * 3], after[16 * 12 * 3];
     uint64_t of_program = compile();
     render(before);
     const description *d = bench.scene->description;
-    size_t names = d->objects[CATEGORY_SHAPE].name_count, messages = d->message_count;
+    size_t names = d->objects[CATEGORY_SHAPE].name_count, messages = count_messages(d);
     rig_clear(&bench);
     MUST(snell_scene_load(bench.scene, path[1], NULL));
     d = bench.scene->description;
     assert_true(hash() == of_program);
     assert_string_equal(d->format, "snell");
-    assert_true(d->objects[CATEGORY_SHAPE].name_count == names && d->message_count == messages);
+    assert_true(d->objects[CATEGORY_SHAPE].name_count == names && count_messages(d) == messages);
     assert_int_equal(d->param_count, 0);
     assert_int_equal(d->objects[CATEGORY_SHAPE].items[0].line, 10);
     render(after);

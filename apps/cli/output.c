@@ -169,8 +169,11 @@ static int check_format(const char *label, const char *extension, const char *pa
         return report_usage(*label == '-' ? "such as -o 'folder/{name}.png'" : NULL,
                             "%s'%s' is a folder", label, path);
     }
-    return report_usage("the extension says how it is written: .png, .exr, .jpg, .webp, .pfm or "
-                        ".ppm, and .apng, .webp or .y4m for an animation",
+    return report_usage(*label == '\0' /* convert */
+                            ? "the extension says how it is written: .png, .exr, .jpg, .webp, .pfm "
+                              "or .ppm, and .snell or .lua for a scene"
+                            : "the extension says how it is written: .png, .exr, .jpg, .webp, .pfm "
+                              "or .ppm, and .apng, .webp or .y4m for an animation",
                         "%s'%s' is no kind of picture that snell writes", label, path);
 }
 

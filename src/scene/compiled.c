@@ -40,6 +40,8 @@ typedef struct output {
     uint64_t size, checksum;
     file_writer *file; /* NULL: only measured */
     snell_status status;
+    const char *path;
+    char text[256], hint[256]; /* of the error: records_write only knows that there was one */
 } output;
 
 static bool flush(output *o) {
@@ -49,7 +51,10 @@ static bool flush(output *o) {
         o->checksum = add_to_checksum(o->checksum, o->buffer, o->used);
     o->size += o->used;
     o->used = 0;
-    return o->status == SNELL_OK;
+    if (o->status == SNELL_OK) return true;
+    snprintf(o->text, sizeof o->text, "%s", error_last()->text);
+    snprintf(o->hint, sizeof o->hint, "%s", error_last()->hint);
+    return false;
 }
 
 static bool take(void *user, const void *data, size_t size) {
@@ -69,7 +74,8 @@ static bool take(void *user, const void *data, size_t size) {
 static snell_status put_records(output *o, const description *d) {
     snell_status status = records_write(d, take, o);
     if (o->status == SNELL_OK && status == SNELL_OK) flush(o);
-    return o->status ? o->status : status;
+    if (o->status == SNELL_OK) return status;
+    return error_set_at(o->status, (source_place){o->path, 0, 0}, o->hint, "%s", o->text);
 }
 
 /* The last name of the first file that is named in the description. */
@@ -100,14 +106,26 @@ static snell_status write_file(const description *d, output *o, const char *path
     return status;
 }
 
+/* What is said of no file is of the machine that read it. The list is freed by the caller; its texts are the
+ * description's. */
+static import_message *messages_of_files(const description *d, size_t *count) {
+    import_message *list = memory_resize(NULL, d->message_count, sizeof *list);
+    *count = 0;
+    for (size_t i = 0; list && i < d->message_count; i++)
+        if (d->messages[i].file[0]) list[(*count)++] = d->messages[i];
+    return list;
+}
+
 snell_status compiled_write(const description *d, const char *path) {
     description final = *d; /* the same objects */
     snprintf(final.format, sizeof final.format, "snell");
     final.is_settled = true;
     final.param_count = 0;
-    output o = {.buffer = memory_resize(NULL, BUFFER_SIZE, 1)};
-    if (o.buffer == NULL) return error_no_memory();
-    snell_status status = write_file(&final, &o, path);
+    output o = {.buffer = memory_resize(NULL, BUFFER_SIZE, 1), .path = path};
+    final.messages = messages_of_files(d, &final.message_count);
+    snell_status status =
+        o.buffer && final.messages ? write_file(&final, &o, path) : error_no_memory();
+    free(final.messages);
     free(o.buffer);
     return status;
 }
