@@ -117,6 +117,10 @@ command_line() {
     cmp -s half.pfm source.pfm || fail "-D is not in the compiled scene"
     wrong "half.snell: -D radius=1: a compiled scene takes no values" "give -D to snell convert" half.snell -D radius=1
     cat ball.lua | "$snell" convert - stdin.snell -q 2>err || fail "standard input does not become a scene"
+    echo 'sphere { material = material.lambert { color = 2 } }' >bright.lua
+    run 0 convert bright.lua bright.snell
+    [ "$(grep -c warning err)" = 1 ] || fail "a warning is not said once"
+    run 4 convert bright.lua bright.snell --strict
     wrong "--exposure is for pictures, and B is a scene" "snell render" convert ball.lua x.snell --exposure 1
     wrong "--set is for scenes, and B is a picture" ".snell" convert half.pfm x.png -D a=1
     wrong "convert needs two names" "such as" convert ball.lua

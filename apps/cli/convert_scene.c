@@ -58,9 +58,11 @@ static int load(session *s, const char *path, snell_scene **out) {
     bool may_move = s->frame > 0 || strcmp(has.format, "lua") == 0;
     if (has.camera_count > 0 || !may_move) return EXIT_DONE;
     snell_scene_destroy(*out);
-    report_take_warnings(); /* they come again */
     s->next_frame = false;
-    return session_load(s, path, out);
+    report_mute(true); /* the same warnings again */
+    code = session_load(s, path, out);
+    report_mute(false);
+    return code;
 }
 
 static int check_itself(const char *from, const char *to) {
