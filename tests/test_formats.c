@@ -632,17 +632,51 @@ static const char *models(void) {
 
 static struct {
     size_t files, loaded, refused;
-    size_t good_loaded, good_refused, bad_refused, bad_warned, bad_silent;
+    size_t good_loaded, good_refused, bad_refused, bad_warned, bad_silent, bad_unnamed;
 } seen;
 
-/* -1: no report beside the file; else how many errors the official validator finds in it. */
-static int validator_errors(const char *path) {
+/* Whether a text names what a JSON pointer does, or what that is in: of /meshes/0/primitives/1/indices
+ * "meshes[0].primitives[1]" is enough, and "meshes[0]". An extension is enough by its name. */
+static bool names_place(const char *text, const char *pointer) {
+    char path[400] = "", *parts[40], copy[400];
+    size_t count = 0;
+    snprintf(copy, sizeof copy, "%s", pointer);
+    for (char *part = strtok(copy, "/"); part && count < 40; part = strtok(NULL, "/"))
+        parts[count++] = part;
+    for (size_t i = 0; i < count && strlen(path) < 300; i++) {
+        bool is_index = parts[i][strspn(parts[i], "0123456789")] == '\0';
+        char *end = path + strlen(path);
+        snprintf(end, 100, is_index ? "[%.90s]" : i > 0 ? ".%.90s" : "%.90s", parts[i]);
+        bool extension = strncmp(parts[i], "KHR_", 4) == 0 || strncmp(parts[i], "EXT_", 4) == 0;
+        if (extension && strstr(text, parts[i])) return true;
+        bool in_list = is_index && i > 0; /* "meshes" alone is not enough where there is a number */
+        bool short_list = strcmp(parts[0], "asset") == 0 || strcmp(parts[0], "extensionsUsed") == 0;
+        if ((in_list || count == 1 || short_list) && strstr(text, path)) return true;
+    }
+    return count == 0 || strstr(text, "broken JSON"); /* which has a line instead */
+}
+
+/* -1: no report beside the file; else how many errors the official validator finds in it. *named:
+ * whether the message or the warnings of the description name the place of one of them. */
+static int validator_errors(const char *path, const char *message, const description *d,
+                            bool *named) {
     char report[1200];
     snprintf(report, sizeof report, "%s.report.json", path);
     json_t *root = json_load_file(report, JSON_ALLOW_NUL, NULL);
     if (root == NULL) return -1;
-    int errors =
-        (int)json_integer_value(json_object_get(json_object_get(root, "issues"), "numErrors"));
+    const json_t *issues = json_object_get(root, "issues"),
+                 *list = json_object_get(issues, "messages");
+    *named = false;
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *issue = json_array_get(list, i);
+        const char *pointer = json_string_value(json_object_get(issue, "pointer"));
+        if (json_integer_value(json_object_get(issue, "severity")) != 0) continue;
+        if (pointer == NULL) pointer = ""; /* it is about the bytes of the file */
+        if (message) *named |= names_place(message, pointer);
+        for (size_t k = 0; message == NULL && k < d->message_count; k++)
+            *named |= names_place(d->messages[k].text, pointer);
+    }
+    int errors = (int)json_integer_value(json_object_get(issues, "numErrors"));
     json_decref(root);
     return errors;
 }
@@ -661,7 +695,8 @@ static int visit(const char *path, const struct stat *st, int flag, struct FTW *
     assert_true(status != SNELL_ERR_INTERNAL);
     seen.files++;
     status ? seen.refused++ : seen.loaded++;
-    int errors = validator_errors(path);
+    bool named = false;
+    int errors = validator_errors(path, status ? error_last()->text : NULL, d, &named);
     if (errors == 0) {
         status ? seen.good_refused++ : seen.good_loaded++;
         if (status) print_message("refused, but valid: %s: %s\n", path, error_last()->text);
@@ -669,6 +704,13 @@ static int visit(const char *path, const struct stat *st, int flag, struct FTW *
     }
     if (errors > 0)
         status ? seen.bad_refused++ : d->message_count ? seen.bad_warned++ : seen.bad_silent++;
+    if (errors > 0 && !named) {
+        print_error("%s: nothing names what the validator does: %s\n", path,
+                    status             ? error_last()->text
+                    : d->message_count ? d->messages[0].text
+                                       : "");
+        seen.bad_unnamed++;
+    }
     description_destroy(d);
     return 0;
 }
@@ -688,6 +730,8 @@ static void every_gltf_file_that_we_have_loads_or_says_why_not(void **state) {
         seen.files, seen.loaded, seen.refused, seen.good_loaded, seen.good_refused,
         seen.bad_refused, seen.bad_warned, seen.bad_silent);
     assert_true(seen.files > 100);
+    assert_int_equal(seen.bad_silent, 0);
+    assert_int_equal(seen.bad_unnamed, 0);
 }
 
 int main(void) {

@@ -385,6 +385,197 @@ static void broken_animations_are_errors(void **state) {
     unlink(path);
 }
 
+/* ---- what Khronos' validator finds in data: own inputs, the validator's files are in test_formats.c ---- */
+
+#define START "{\"asset\":{\"version\":\"2.0\"}"
+
+typedef struct faulty {
+    const char *json, *says;
+} faulty;
+
+static const faulty refused[] = {
+    {START
+     ",\"buffers\":[{\"byteLength\":12,\"uri\":\"data:application/"
+     "octet-stream;base64,AAAAAAAAwH8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":12}],"
+     "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"}]}",
+     "accessors[0]: element 0 is not a finite number"},
+    {START ",\"buffers\":[{\"byteLength\":4,\"uri\":\"data:application/octet-stream;base64,AAH/"
+           "AA==\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":4}],\"accessors\":[{"
+           "\"bufferView\":0,\"componentType\":5121,\"count\":3,\"type\":\"SCALAR\"},{"
+           "\"componentType\":5126,\"count\":256,\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{"
+           "\"attributes\":{\"POSITION\":1},\"indices\":0}]}]}",
+     "meshes[0].primitives[0].indices: 255 would restart a primitive"},
+    {START ",\"buffers\":[{\"byteLength\":4,\"uri\":\"data:application/"
+           "octet-stream;base64,AAEHAA==\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":4}],"
+           "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":3,\"type\":"
+           "\"SCALAR\"},{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{"
+           "\"primitives\":[{\"attributes\":{\"POSITION\":1},\"indices\":0}]}]}",
+     "meshes[0].primitives[0].indices: 7 is beyond the last of 3 vertices"},
+    {START ",\"buffers\":[{\"byteLength\":12,\"uri\":\"data:application/"
+           "octet-stream;base64,AAAAAAAAgD8AAIA/"
+           "\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":12}],\"accessors\":[{\"bufferView\":"
+           "0,\"componentType\":5126,\"count\":3,\"type\":\"SCALAR\",\"min\":[0],\"max\":[1]},{"
+           "\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"nodes\":[{}],\"animations\":[{"
+           "\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}],\"samplers\":"
+           "[{\"input\":0,\"output\":1}]}]}",
+     "animations[0].samplers[0].input: the time 1 of key 2"},
+    {START ",\"buffers\":[{\"byteLength\":12,\"uri\":\"data:application/"
+           "octet-stream;base64,AACAvwAAgD8AAABA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":"
+           "12}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":"
+           "\"SCALAR\",\"min\":[-1],\"max\":[2]},{\"componentType\":5126,\"count\":3,\"type\":"
+           "\"VEC3\"}],\"nodes\":[{}],\"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{"
+           "\"node\":0,\"path\":\"scale\"}}],\"samplers\":[{\"input\":0,\"output\":1}]}]}",
+     "animations[0].samplers[0].input: the time -1 of key 0"},
+    {START ",\"buffers\":[{\"byteLength\":4,\"uri\":\"missing.bin\"}]}", "buffers[0]: cannot open"},
+    {START ",\"extensionsUsed\":[\"KHR_x\"],\"extensions\":{\"KHR_x\":3}}",
+     "extensions.KHR_x: must be an object"},
+};
+
+static const faulty warned_of[] = {
+    {START ",\"buffers\":[{\"byteLength\":24,\"uri\":\"data:application/"
+           "octet-stream;base64,AAAAAAAAAEAAAAAAAACAPwAAQMAAAAAA\"}],\"bufferViews\":[{\"buffer\":"
+           "0,\"byteLength\":24}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,"
+           "\"count\":2,\"type\":\"VEC3\",\"min\":[0,-3,0],\"max\":[1,1,0]}]}",
+     "accessors[0].max[1]: says 1 where it is 2"},
+    {START ",\"buffers\":[{\"byteLength\":4,\"uri\":\"data:application/"
+           "octet-stream;base64,AQIDBA==\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":4}],"
+           "\"accessors\":[{\"bufferView\":0,\"componentType\":5121,\"count\":4,\"type\":"
+           "\"SCALAR\",\"normalized\":true,\"min\":[0],\"max\":[4]}]}",
+     "accessors[0].min[0]: says 0 where it is 1"},
+    {START ",\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/"
+           "octet-stream;base64,AAAAAAAAAAAAAIA/"
+           "AAAAAAAAAEAAAAAAAACAPwAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}]"
+           ",\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},{\"bufferView\":"
+           "0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{"
+           "\"attributes\":{\"POSITION\":0,\"NORMAL\":1}}]}]}",
+     "meshes[0].primitives[0].attributes.NORMAL: a normal has not the length 1; 1 more like this"},
+    {START ",\"buffers\":[{\"byteLength\":48,\"uri\":\"data:application/"
+           "octet-stream;base64,AAAAAAAAAAAAAIA/AACAPwAAAAAAAABAAAAAAAAAgL8AAIA/"
+           "AAAAAAAAAAAAAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48}],\"accessors\":["
+           "{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},{\"bufferView\":0,"
+           "\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"}],\"meshes\":[{\"primitives\":[{"
+           "\"attributes\":{\"POSITION\":0,\"TANGENT\":1}}]}]}",
+     "attributes.TANGENT: a tangent has not the length 1"},
+    {START ",\"buffers\":[{\"byteLength\":48,\"uri\":\"data:application/"
+           "octet-stream;base64,AAAAAAAAAAAAAIA/AACAPwAAAAAAAIA/AAAAAAAAgL8AAIA/"
+           "AAAAAAAAAAAAAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":48}],\"accessors\":["
+           "{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},{\"bufferView\":0,"
+           "\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"}],\"meshes\":[{\"primitives\":[{"
+           "\"attributes\":{\"POSITION\":0,\"TANGENT\":1}}]}]}",
+     "attributes.TANGENT: a tangent's sign is 0, not 1 or -1"},
+    {START ",\"buffers\":[{\"byteLength\":36,\"uri\":\"data:application/"
+           "octet-stream;base64,AAAAAAAAAAAAAIA/"
+           "AAAAAAAAwD8AAAAAAACAPwAAgD8AAAAA\"}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36}]"
+           ",\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},{\"bufferView\":"
+           "0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{"
+           "\"attributes\":{\"POSITION\":0,\"COLOR_0\":1}}]}]}",
+     "attributes.COLOR_0: a colour is 1.5, not within 0 and 1"},
+    {START
+     ",\"buffers\":[{\"byteLength\":32,\"uri\":\"data:application/"
+     "octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAAD8=\"}],\"bufferViews\":[{"
+     "\"buffer\":0,\"byteLength\":32}],\"accessors\":[{\"componentType\":5126,\"count\":2,\"type\":"
+     "\"SCALAR\",\"min\":[0],\"max\":[0]},{\"bufferView\":0,\"componentType\":5126,\"count\":2,"
+     "\"type\":\"VEC4\"}],\"nodes\":[{}],\"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{"
+     "\"node\":0,\"path\":\"rotation\"}}],\"samplers\":[{\"input\":0,\"output\":1}]}]}",
+     "animations[0].channels[0].sampler: the rotation of key 1 is no unit quaternion"},
+    {START
+     ",\"buffers\":[{\"byteLength\":64,\"uri\":\"data:application/"
+     "octet-stream;base64,AACAPwAAAAAAAAAAAAAAAAAAAAAAAIA/"
+     "AAAAAAAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAAAAAAAAQA==\"}],\"bufferViews\":[{\"buffer\":0,"
+     "\"byteLength\":64}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":1,"
+     "\"type\":\"MAT4\"}],\"nodes\":[{}],\"skins\":[{\"joints\":[0],\"inverseBindMatrices\":0}]}",
+     "skins[0].inverseBindMatrices: the last row of matrix 0"},
+    {START ",\"nodes\":[{\"children\":[1]},{},{}],\"skins\":[{\"joints\":[1],\"skeleton\":0},{"
+           "\"joints\":[1,2],\"skeleton\":0}]}",
+     "skins[1].skeleton: node 0 is not above joints[1]"},
+    {START ",\"nodes\":[{},{\"mesh\":0,\"skin\":0}],\"scenes\":[{\"nodes\":[1]}],\"skins\":[{"
+           "\"joints\":[0]}],\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+           "{\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"},{\"componentType\":5126,"
+           "\"count\":3,\"type\":\"VEC4\"}],\"meshes\":[{\"primitives\":[{\"attributes\":{"
+           "\"POSITION\":0,\"JOINTS_0\":1,\"WEIGHTS_0\":2}}]}]}",
+     "nodes[1].skin: its joints are not in the scene"},
+    {START ",\"nodes\":[{\"mesh\":0,\"skin\":0}],\"skins\":[{\"joints\":[0]}],\"accessors\":[{"
+           "\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{\"primitives\":[{"
+           "\"attributes\":{\"POSITION\":0}}]}]}",
+     "nodes[0].skin: meshes[0].primitives[0] has no JOINTS_0"},
+    {START ",\"buffers\":[{\"byteLength\":64}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":64,"
+           "\"byteStride\":4,\"target\":34963}],\"accessors\":[{\"componentType\":5126,\"count\":3,"
+           "\"type\":\"VEC3\"}]}",
+     "bufferViews[0].byteStride: indices have none"},
+    {START ",\"buffers\":[{\"byteLength\":64}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":64}],"
+           "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+           "{\"bufferView\":0,\"componentType\":5125,\"count\":3,\"type\":\"SCALAR\"}],\"meshes\":["
+           "{\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1}]}]}",
+     "meshes[0].primitives[0].indices: bufferViews[0] is used for vertices and for other things"},
+    {START ",\"buffers\":[{\"byteLength\":64}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":64}],"
+           "\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},"
+           "{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}],\"meshes\":[{"
+           "\"primitives\":[{\"attributes\":{\"POSITION\":0,\"NORMAL\":1}}]}]}",
+     "attributes.NORMAL: bufferViews[0] has no byteStride, but two accessors"},
+    {START ",\"buffers\":[{\"byteLength\":64}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":64}],"
+           "\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"},{\"bufferView\":"
+           "0,\"componentType\":5121,\"count\":3,\"type\":\"VEC3\",\"normalized\":true}],"
+           "\"meshes\":[{\"primitives\":[{\"attributes\":{\"POSITION\":0,\"COLOR_0\":1}}]}]}",
+     "attributes.COLOR_0: bufferViews[0]: its vertices are not at multiples of four bytes"},
+    {START ",\"buffers\":[{\"byteLength\":64}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":64,"
+           "\"byteStride\":4}],\"accessors\":[{\"componentType\":5126,\"count\":3,\"type\":"
+           "\"VEC3\"}],\"images\":[{\"bufferView\":0,\"mimeType\":\"image/png\"}]}",
+     "images[0].bufferView: has a byteStride"},
+    {START ",\"images\":[{\"uri\":\"data:image/"
+           "gif;base64,"
+           "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGNgYGAAAAAEAAH2FzhVAAAAAElFTkS"
+           "uQmCC\"}]}",
+     "images[0].uri: says image/gif, but it is image/png"},
+    {START ",\"images\":[{\"mimeType\":\"image/jpeg\",\"uri\":\"data:image/"
+           "png;base64,"
+           "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGNgYGAAAAAEAAH2FzhVAAAAAElFTkS"
+           "uQmCC\"}]}",
+     "images[0].mimeType: says image/jpeg, but it is image/png"},
+    {START ",\"images\":[{\"uri\":\"missing.png\"}]}", "images[0]: cannot open 'missing.png'"},
+    {START ",\"buffers\":[{\"byteLength\":1,\"uri\":\"data:text/plain;base64,AA==\"}]}",
+     "buffers[0].uri: should begin with data:application/octet-stream;base64,"},
+    {START ",\"extensionsUsed\":[\"KHR_materials_unlit\"],\"samplers\":[{\"extensions\":{\"KHR_"
+           "materials_unlit\":{}}}]}",
+     "samplers[0].extensions.KHR_materials_unlit: has no place here"},
+};
+
+static const char *write_file(const char *text) {
+    static char path[600];
+    snprintf(path, sizeof path, "%s/snell_test_gltf_%d.gltf",
+             access("/dev/shm", W_OK) == 0 ? "/dev/shm" : TEST_BINARY_DIR, (int)getpid());
+    FILE *f = fopen(path, "w");
+    assert_non_null(f);
+    fputs(text, f);
+    assert_int_equal(fclose(f), 0);
+    return path;
+}
+
+static void wrong_data_is_named(void **state) {
+    (void)state;
+    description *d;
+    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        snell_status status = import_path(write_file(refused[i].json), &plain, &d);
+        if (!status || !strstr(error_last()->text, refused[i].says))
+            print_error("%zu: '%s' for '%s'\n", i, status ? error_last()->text : "no error",
+                        refused[i].says);
+        assert_true(status && strstr(error_last()->text, refused[i].says));
+        description_destroy(d);
+    }
+    for (size_t i = 0; i < sizeof warned_of / sizeof warned_of[0]; i++) {
+        snell_status status = import_path(write_file(warned_of[i].json), &plain, &d);
+        if (status || !has_message(d, warned_of[i].says))
+            print_error("%zu: '%s' for '%s'\n", i,
+                        status             ? error_last()->text
+                        : d->message_count ? d->messages[0].text
+                                           : "no warning",
+                        warned_of[i].says);
+        assert_int_equal(status, SNELL_OK);
+        assert_true(has_message(d, warned_of[i].says));
+        description_destroy(d);
+    }
+    unlink(write_file(""));
+}
+
 /* ---- texture coordinates and tangents ---- */
 
 static void each_texture_has_its_own_set(void **state) {
@@ -590,6 +781,7 @@ int main(void) {
         cmocka_unit_test(khronos_box_opens),
         cmocka_unit_test(khronos_fox_runs),
         cmocka_unit_test(broken_animations_are_errors),
+        cmocka_unit_test(wrong_data_is_named),
         cmocka_unit_test(each_texture_has_its_own_set),
         cmocka_unit_test(extensions_become_fields),
         cmocka_unit_test(webp_is_a_texture),

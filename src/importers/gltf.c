@@ -205,12 +205,14 @@ static snell_status check_extensions(gltf *g) {
         bool optional = strcmp(name, "KHR_draco_mesh_compression") == 0 ||
                         strcmp(name, "EXT_texture_webp") == 0;
         if (!is_known(name))
-            return error_set_at(SNELL_ERR_UNSUPPORTED, place_of(g),
-                                optional
-                                    ? "build with -DSNELL_DRACO=ON and -DSNELL_WEBP=ON, or export "
-                                      "the file without this extension"
-                                    : "export the file without this extension",
-                                "the file needs the extension %.100s, which cannot be read", name);
+            return error_set_at(
+                SNELL_ERR_UNSUPPORTED, place_of(g),
+                optional ? "build with -DSNELL_DRACO=ON and -DSNELL_WEBP=ON, or export "
+                           "the file without this extension"
+                         : "export the file without this extension",
+                "extensionsRequired[%zu]: the file needs the extension %.100s, which cannot "
+                "be read",
+                i, name);
     }
     json_t *used = json_at(g->root, "extensionsUsed");
     for (size_t i = 0; i < json_array_size(used); i++) {
@@ -305,11 +307,15 @@ static snell_status run(gltf *g) {
     if (!status) status = check_extensions(g);
     if (!status) status = gltf_check_views(g);
     if (!status) status = gltf_check_meaning(g);
+    if (!status) status = gltf_check_uses(g);
     if (!status) status = prepare(g);
     if (!status) status = gltf_choose_animation(g);
     if (!status) status = gltf_read_scene(g);
     if (!status) status = warn_of_scenes(g);
-    if (!status) status = gltf_check_unused_buffers(g);
+    if (!status) status = gltf_check_joints(g);
+    if (!status) status = gltf_read_all_buffers(g);
+    if (!status) status = gltf_check_values(g);
+    if (!status) status = gltf_check_unused_images(g);
     return status;
 }
 

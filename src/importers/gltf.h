@@ -3,6 +3,7 @@
  *     gltf.c            container (.gltf, .glb), JSON, versions, extensions, the order of work
  *     gltf_schema.c     every property's type, range and reference, checked once, from tables
  *     gltf_check.c      what holds between properties: attributes, targets, extensions
+ *     gltf_values.c     what holds for the numbers in buffers: bounds, lengths, order
  *     gltf_buffers.c    buffers, views, accessors, images' bytes
  *     gltf_materials.c  textures and materials
  *     gltf_meshes.c     primitives, morph targets, skins
@@ -133,11 +134,13 @@ void json_numbers(const json_t *owner, const char *key, double *out, size_t coun
 
 snell_status gltf_check_schema(gltf *g);
 snell_status gltf_check_meaning(gltf *g);
+snell_status gltf_check_joints(gltf *g); /* after gltf_read_scene */
+snell_status gltf_check_values(gltf *g); /* after gltf_read_all_buffers */
 
 /* ---- buffers ---- */
 snell_status gltf_check_views(gltf *g); /* views lie in buffers, accessors in views */
-/* A buffer that nothing needed and that cannot be read: a warning. */
-snell_status gltf_check_unused_buffers(gltf *g);
+snell_status gltf_check_uses(gltf *g);  /* what a view is used for fits; after gltf_check_meaning */
+snell_status gltf_read_all_buffers(gltf *g); /* those that nothing needed, too */
 size_t gltf_accessor_count(const gltf *g, size_t index);
 unsigned gltf_accessor_components(const gltf *g, size_t index);
 /* All elements as floats (normalised integers become -1..1), `components` per element as the
@@ -147,6 +150,10 @@ snell_status gltf_accessor_floats(gltf *g, size_t index, unsigned components, co
 /* The same for whole numbers: unsigned component types only. */
 snell_status gltf_accessor_uints(gltf *g, size_t index, unsigned components, const char *where,
                                  uint32_t **out);
+/* All numbers as they lie in the buffer, whole ones not normalised. The caller frees. */
+snell_status gltf_accessor_stored(gltf *g, size_t index, float **out);
+/* Whether it has bytes: else its elements are zero, or an extension brings them. */
+bool gltf_accessor_has_data(const gltf *g, size_t index);
 /* The bytes of a view, not owned. */
 snell_status gltf_view_bytes(gltf *g, size_t index, const uint8_t **data, size_t *size);
 /* The bytes of an image: from a view (not owned) or a URI (owned). */
@@ -161,6 +168,8 @@ snell_status gltf_material(gltf *g, size_t index, uint32_t *out);
 void gltf_material_uv_sets(const gltf *g, size_t index, unsigned sets[2]);
 bool gltf_material_has_grain(const gltf *g, size_t index); /* looks along tangents */
 bool gltf_material_has_alpha(const gltf *g, size_t index);
+/* An image that no texture names and that cannot be read: a warning. */
+snell_status gltf_check_unused_images(gltf *g);
 
 /* ---- meshes ---- */
 /* Makes the shape of every primitive for this node; *shapes: one per primitive, owned by g (a

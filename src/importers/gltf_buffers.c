@@ -5,13 +5,23 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "base/memory.h"
 #include "importers/files.h"
 
 /* ---- what the JSON says about an accessor ---- */
 
-enum { GL_BYTE = 5120, GL_UBYTE, GL_SHORT, GL_USHORT, GL_UINT = 5125, GL_FLOAT };
+enum {
+    GL_BYTE = 5120,
+    GL_UBYTE,
+    GL_SHORT,
+    GL_USHORT,
+    GL_UINT = 5125,
+    GL_FLOAT,
+    GL_VERTICES = 34962,
+    GL_INDICES
+};
 
 static unsigned component_size(size_t type) {
     switch (type) {
@@ -60,7 +70,7 @@ unsigned gltf_accessor_components(const gltf *g, size_t index) {
 /* ---- everything fits into what it lies in; all numbers are below 2^53, so sums do not overflow
  * ---- */
 
-static snell_status check_view(const gltf *g, size_t index) {
+static snell_status check_view(gltf *g, size_t index) {
     const json_t *view = json_item(g, "bufferViews", index);
     uint64_t offset = json_index(view, "byteOffset", 0), size = json_index(view, "byteLength", 0),
              whole = json_index(json_item(g, "buffers", json_index(view, "buffer", 0)),
@@ -73,6 +83,8 @@ static snell_status check_view(const gltf *g, size_t index) {
                           (unsigned long long)offset, json_index(view, "buffer", 0));
     if (json_index(view, "byteStride", 0) > size)
         return gltf_error(g, SNELL_ERR_SYNTAX, path, "its stride is longer than the view");
+    if (json_at(view, "byteStride") && json_index(view, "target", 0) == GL_INDICES)
+        return gltf_warn(g, "%s.byteStride: indices have none", path);
     return SNELL_OK;
 }
 
@@ -138,10 +150,92 @@ static snell_status check_accessor(gltf *g, size_t index) {
     size_t view = json_index(accessor, "bufferView", SIZE_MAX);
     if (status) return status;
     if (view == SIZE_MAX && json_at(accessor, "byteOffset"))
-        return gltf_error(g, SNELL_ERR_SYNTAX, path, "byteOffset without bufferView");
+        return gltf_warn(g, "%s: byteOffset without bufferView: ignored", path);
     if (view == SIZE_MAX) return SNELL_OK;
     return check_fit(g, path, view, json_index(accessor, "byteOffset", 0),
                      json_index(accessor, "count", 0), shape.size, component);
+}
+
+/* What a view is for, so far; 0: nothing. */
+typedef struct view_use {
+    size_t target;
+    size_t accessor; /* the first of vertices, plus 1 */
+    bool is_blamed;  /* one warning is enough */
+} view_use;
+
+/* An accessor of vertices or of indices at this JSON path: its view must be for the same, vertices lie
+ * at multiples of four bytes, and two accessors of vertices in one view need a stride. */
+static snell_status use_view(gltf *g, view_use *uses, size_t accessor, size_t target,
+                             const char *where) {
+    const json_t *a = json_item(g, "accessors", accessor);
+    size_t index = json_index(a, "bufferView", SIZE_MAX);
+    if (index == SIZE_MAX) return SNELL_OK;
+    const json_t *view = json_item(g, "bufferViews", index);
+    view_use *use = &uses[index];
+    const char *wrong = NULL;
+    size_t stride = json_index(view, "byteStride", 0),
+           bytes = stride ? stride : accessor_shape(a).size,
+           start = json_index(a, "byteOffset", 0) + json_index(view, "byteOffset", 0);
+    if (use->target == 0) use->target = json_index(view, "target", target);
+    if (use->target != target)
+        wrong = " is used for vertices and for other things";
+    else if (target == GL_VERTICES && (start % 4 != 0 || bytes % 4 != 0))
+        wrong = ": its vertices are not at multiples of four bytes";
+    else if (target == GL_VERTICES && use->accessor && use->accessor != accessor + 1 && !stride)
+        wrong = " has no byteStride, but two accessors";
+    use->accessor = accessor + 1;
+    if (wrong == NULL || use->is_blamed) return SNELL_OK;
+    use->is_blamed = true;
+    return gltf_warn(g, "%s: bufferViews[%zu]%s", where, index, wrong);
+}
+
+static snell_status use_attributes(gltf *g, view_use *uses, const json_t *map, const char *where) {
+    const char *name;
+    json_t *value;
+    snell_status status = SNELL_OK;
+    json_object_foreach((json_t *)(uintptr_t)map, name, value) {
+        char path[JSON_PATH_SIZE];
+        snprintf(path, sizeof path, "%.120s.%.60s", where, name);
+        if (!status)
+            status = use_view(g, uses, (size_t)json_number_value(value), GL_VERTICES, path);
+    }
+    return status;
+}
+
+static snell_status use_primitive(gltf *g, view_use *uses, const json_t *primitive,
+                                  const char *where) {
+    const json_t *targets = json_at(primitive, "targets");
+    size_t indices = json_index(primitive, "indices", SIZE_MAX);
+    char path[JSON_PATH_SIZE];
+    snprintf(path, sizeof path, "%.150s.attributes", where);
+    snell_status status = use_attributes(g, uses, json_at(primitive, "attributes"), path);
+    snprintf(path, sizeof path, "%.150s.indices", where);
+    if (!status && indices != SIZE_MAX) status = use_view(g, uses, indices, GL_INDICES, path);
+    for (size_t i = 0; i < json_array_size(targets) && !status; i++) {
+        snprintf(path, sizeof path, "%.150s.targets[%zu]", where, i);
+        status = use_attributes(g, uses, json_array_get(targets, i), path);
+    }
+    return status;
+}
+
+snell_status gltf_check_uses(gltf *g) {
+    view_use *uses = memory_zeroed(json_count(g, "bufferViews") + 1, sizeof *uses);
+    snell_status status = uses ? SNELL_OK : error_no_memory();
+    for (size_t i = 0; i < json_count(g, "meshes") && !status; i++) {
+        const json_t *list = json_at(json_item(g, "meshes", i), "primitives");
+        for (size_t k = 0; k < json_array_size(list) && !status; k++) {
+            char where[JSON_PATH_SIZE];
+            snprintf(where, sizeof where, "meshes[%zu].primitives[%zu]", i, k);
+            status = use_primitive(g, uses, json_array_get(list, k), where);
+        }
+    }
+    free(uses);
+    for (size_t i = 0; i < json_count(g, "images") && !status; i++) {
+        size_t view = json_index(json_item(g, "images", i), "bufferView", SIZE_MAX);
+        if (view != SIZE_MAX && json_at(json_item(g, "bufferViews", view), "byteStride"))
+            status = gltf_warn(g, "images[%zu].bufferView: has a byteStride", i);
+    }
+    return status;
 }
 
 snell_status gltf_check_views(gltf *g) {
@@ -247,6 +341,16 @@ static snell_status read_uri(gltf *g, const char *uri, const char *where, byte_b
 
 /* ---- buffers ---- */
 
+/* A wrong word does no harm: bytes are bytes. */
+static snell_status check_media_type(gltf *g, const char *uri, const char *where) {
+    static const char *const types[] = {"data:application/octet-stream;base64,",
+                                        "data:application/gltf-buffer;base64,"};
+    if (strncmp(uri, "data:", 5) != 0) return SNELL_OK;
+    for (int i = 0; i < 2; i++)
+        if (strncasecmp(uri, types[i], strlen(types[i])) == 0) return SNELL_OK;
+    return gltf_warn(g, "%s.uri: should begin with %s", where, types[0]);
+}
+
 /* Neither URI nor chunk: the format allows that, for extensions that bring the bytes. */
 static snell_status zero_buffer(gltf *g, const char *where, size_t length, byte_block *out) {
     snell_status status = gltf_spend(g, where, length);
@@ -268,6 +372,7 @@ static snell_status load_buffer(gltf *g, size_t index) {
     snprintf(where, sizeof where, "buffers[%zu]", index);
     if (uri) {
         snell_status status = read_uri(g, uri, where, block);
+        if (!status) status = check_media_type(g, uri, where);
         if (status) return status;
     } else if (index == 0 && g->has_bin) {
         *block = (byte_block){.data = g->bin, .size = g->bin_size};
@@ -284,14 +389,10 @@ static snell_status load_buffer(gltf *g, size_t index) {
     return SNELL_OK;
 }
 
-snell_status gltf_check_unused_buffers(gltf *g) {
-    for (size_t i = 0; i < json_count(g, "buffers"); i++) {
-        snell_status status = load_buffer(g, i);
-        if (status == SNELL_ERR_MEMORY) return status;
-        if (status) status = gltf_warn(g, "%s", error_last()->text);
-        if (status) return status;
-    }
-    return SNELL_OK;
+snell_status gltf_read_all_buffers(gltf *g) {
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < json_count(g, "buffers") && !status; i++) status = load_buffer(g, i);
+    return status;
 }
 
 /* The first byte at `offset` in a view; that it fits was checked. */
@@ -321,6 +422,17 @@ snell_status gltf_image_bytes(gltf *g, size_t index, byte_block *out) {
 
 /* ---- accessors ---- */
 
+static uint32_t read_uint(const uint8_t *p) {
+    return p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
+}
+
+static float read_float(const uint8_t *p) {
+    uint32_t bits = read_uint(p);
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
 static double read_component(const uint8_t *p, size_t type, bool normalized) {
     switch (type) {
     case GL_UBYTE: return normalized ? p[0] / 255.0 : p[0];
@@ -338,11 +450,7 @@ static double read_component(const uint8_t *p, size_t type, bool normalized) {
     }
     default: break;
     }
-    uint32_t bits = p[0] | (uint32_t)p[1] << 8 | (uint32_t)p[2] << 16 | (uint32_t)p[3] << 24;
-    if (type == GL_UINT) return bits;
-    float value;
-    memcpy(&value, &bits, sizeof value);
-    return (double)value;
+    return type == GL_UINT ? read_uint(p) : (double)read_float(p);
 }
 
 /* Where element `i`'s components go: floats or whole numbers. */
@@ -350,6 +458,7 @@ typedef struct element_sink {
     float *floats;
     uint32_t *uints;
     unsigned components;
+    bool stored; /* whole numbers stay what they are, normalised or not */
 } element_sink;
 
 typedef struct element_source {
@@ -362,6 +471,14 @@ typedef struct element_source {
 static bool copy_element(const element_source *s, size_t from, const element_sink *sink,
                          size_t to) {
     const uint8_t *at = s->data + from * s->stride;
+    if (s->type == GL_FLOAT && sink->floats) { /* most of what there is */
+        float *out = sink->floats + to * sink->components, sum = 0;
+        for (unsigned c = 0; c < sink->components; c++) {
+            out[c] = read_float(at + 4 * (size_t)c);
+            sum += out[c] - out[c]; /* 0, or no number */
+        }
+        return sum == 0;
+    }
     unsigned size = component_size(s->type), rows = s->shape.components / s->shape.columns,
              column_size = s->shape.size / s->shape.columns;
     for (unsigned c = 0; c < sink->components; c++) {
@@ -416,7 +533,8 @@ static snell_status read_elements(gltf *g, size_t index, const element_sink *sin
     const json_t *accessor = json_item(g, "accessors", index);
     element_source source = {.type = json_index(accessor, "componentType", 0),
                              .shape = accessor_shape(accessor),
-                             .normalized = !sink->uints && json_flag(accessor, "normalized")};
+                             .normalized = !sink->uints && !sink->stored &&
+                                           json_flag(accessor, "normalized")};
     size_t view = json_index(accessor, "bufferView", SIZE_MAX),
            count = gltf_accessor_count(g, index);
     if (view != SIZE_MAX) {
@@ -446,17 +564,31 @@ static snell_status begin_read(gltf *g, size_t index, unsigned components, const
     return *out ? SNELL_OK : error_no_memory();
 }
 
-snell_status gltf_accessor_floats(gltf *g, size_t index, unsigned components, const char *where,
-                                  float **out) {
+static snell_status read_floats(gltf *g, size_t index, unsigned components, const char *where,
+                                bool stored, float **out) {
     void *room = NULL;
     snell_status status = begin_read(g, index, components, where, &room);
-    element_sink sink = {.floats = room, .components = components};
+    element_sink sink = {.floats = room, .components = components, .stored = stored};
     if (!status) status = read_elements(g, index, &sink);
     if (status)
         free(room);
     else
         *out = room;
     return status;
+}
+
+snell_status gltf_accessor_floats(gltf *g, size_t index, unsigned components, const char *where,
+                                  float **out) {
+    return read_floats(g, index, components, where, false, out);
+}
+
+snell_status gltf_accessor_stored(gltf *g, size_t index, float **out) {
+    return read_floats(g, index, gltf_accessor_components(g, index), "", true, out);
+}
+
+bool gltf_accessor_has_data(const gltf *g, size_t index) {
+    const json_t *accessor = json_item(g, "accessors", index);
+    return json_at(accessor, "bufferView") || json_at(accessor, "sparse");
 }
 
 snell_status gltf_accessor_uints(gltf *g, size_t index, unsigned components, const char *where,

@@ -11,6 +11,21 @@
 
 /* ---- images ---- */
 
+/* A wrong word does no harm: the bytes say what they are. */
+static snell_status check_media_type(gltf *g, size_t index, const byte_block *bytes) {
+    const json_t *image = json_item(g, "images", index);
+    const char *uri = json_text(image, "uri"), *said = json_text(image, "mimeType"),
+               *held = image_media_type(bytes->data, bytes->size);
+    snell_status status = SNELL_OK;
+    if (said && held && strcmp(said, held) != 0)
+        status = gltf_warn(g, "images[%zu].mimeType: says %.40s, but it is %s", index, said, held);
+    if (status || held == NULL || uri == NULL || strncmp(uri, "data:", 5) != 0) return status;
+    size_t length = strcspn(uri + 5, ";,");
+    if (length == strlen(held) && strncmp(uri + 5, held, length) == 0) return SNELL_OK;
+    return gltf_warn(g, "images[%zu].uri: says %.*s, but it is %s", index,
+                     length < 40 ? (int)length : 40, uri + 5, held);
+}
+
 /* The decoded image, or NULL when it cannot be read, which is a warning: the colour alone is used
  * then. */
 static snell_status load_image(gltf *g, size_t index, const decoded_image **out) {
@@ -26,6 +41,7 @@ static snell_status load_image(gltf *g, size_t index, const decoded_image **out)
         size_t size_max = g->budget < IMAGE_SIZE_MAX ? (size_t)g->budget : IMAGE_SIZE_MAX;
         status = image_decode(bytes.data, bytes.size, size_max, &entry->image);
         if (status) gltf_blame(g, where, status);
+        if (!status) status = check_media_type(g, index, &bytes);
     }
     free(bytes.owned);
     if (status == SNELL_ERR_MEMORY) return status;
@@ -35,6 +51,30 @@ static snell_status load_image(gltf *g, size_t index, const decoded_image **out)
     if (image->damaged) status = gltf_warn(g, "%s: the JPEG is damaged", where);
     if (status) return status;
     return gltf_spend(g, where, (uint64_t)image->width * image->height * image->channels);
+}
+
+/* Images that no texture names are looked at too; those of textures that this reader does not show
+ * need not be decoded. */
+snell_status gltf_check_unused_images(gltf *g) {
+    size_t count = json_count(g, "images");
+    bool *named = memory_zeroed(count + 1, sizeof *named);
+    if (named == NULL) return error_no_memory();
+    for (size_t i = 0; i < json_count(g, "textures"); i++) {
+        const json_t *texture = json_item(g, "textures", i);
+        named[json_index(texture, "source", count)] = true;
+        named[json_index(json_extension(texture, "EXT_texture_webp"), "source", count)] = true;
+    }
+    snell_status status = SNELL_OK;
+    for (size_t i = 0; i < count && !status; i++) {
+        const decoded_image *image;
+        if (g->images[i].tried || named[i]) continue;
+        uint64_t budget = g->budget;
+        status = load_image(g, i, &image);
+        image_free(&g->images[i].image);
+        g->budget = budget;
+    }
+    free(named);
+    return status;
 }
 
 /* ---- textures ---- */

@@ -270,16 +270,31 @@ static bool begins(const uint8_t *data, size_t size, size_t at, const char *magi
     return size >= at + length && memcmp(data + at, magic, length) == 0;
 }
 
+enum { FORMAT_PNG, FORMAT_JPEG, FORMAT_WEBP, FORMAT_OTHER };
+
+static int format_of(const uint8_t *bytes, size_t size) {
+    if (begins(bytes, size, 0, "\x89PNG\r\n\x1a\n", 8)) return FORMAT_PNG;
+    if (begins(bytes, size, 0, "\xff\xd8\xff", 3)) return FORMAT_JPEG;
+    bool webp = begins(bytes, size, 0, "RIFF", 4) && begins(bytes, size, 8, "WEBP", 4);
+    return webp ? FORMAT_WEBP : FORMAT_OTHER;
+}
+
+const char *image_media_type(const void *data, size_t size) {
+    static const char *const types[] = {"image/png", "image/jpeg", "image/webp", NULL};
+    return types[format_of(data, size)];
+}
+
 static snell_status decode(const void *data, size_t size, size_t size_max, bool keep_16,
                            decoded_image *out) {
     const uint8_t *bytes = data;
     const char *name = "an unknown kind of";
     *out = (decoded_image){0};
-    if (begins(bytes, size, 0, "\x89PNG\r\n\x1a\n", 8))
-        return decode_png(bytes, size, size_max, keep_16, out);
-    if (begins(bytes, size, 0, "\xff\xd8\xff", 3)) return decode_jpeg(bytes, size, size_max, out);
-    if (begins(bytes, size, 0, "RIFF", 4) && begins(bytes, size, 8, "WEBP", 4))
-        return decode_webp(bytes, size, size_max, out);
+    switch (format_of(bytes, size)) {
+    case FORMAT_PNG: return decode_png(bytes, size, size_max, keep_16, out);
+    case FORMAT_JPEG: return decode_jpeg(bytes, size, size_max, out);
+    case FORMAT_WEBP: return decode_webp(bytes, size, size_max, out);
+    default: break;
+    }
     if (size == 0) return error_set(SNELL_ERR_SYNTAX, NULL, "the image is empty");
     if (begins(bytes, size, 0, "\xabKTX 20", 7)) name = "a KTX2";
     if (begins(bytes, size, 0, "GIF8", 4)) name = "a GIF";

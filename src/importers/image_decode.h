@@ -22,6 +22,8 @@ snell_status image_decode(const void *data, size_t size, size_t size_max, decode
 /* The same, but PNG files of 16 bits are not rounded to 8. */
 snell_status image_decode_wide(const void *data, size_t size, size_t size_max, decoded_image *out);
 void image_free(decoded_image *image);
+/* "image/png", "image/jpeg" or "image/webp" by how the bytes begin; NULL: another. */
+const char *image_media_type(const void *data, size_t size);
 
 /* For the formats: checks the size that a file claims, with channels and `wide`, and makes room. */
 snell_status image_make_room(decoded_image *image, size_t size_max);
