@@ -248,6 +248,11 @@ static void the_first_line_says_whose_it_is(void **state) {
                          cases[i].ours);
         assert_false(importer_nff.recognise(".obj", text, strlen(cases[i].text)));
     }
+    /* libassimp's dialect; its colour looked like a triangle of OBJ. */
+    extern const importer importer_obj;
+    static const char hex[] = "f 1 0 0\nhex 0 0 0 5 10 20\n";
+    assert_false(importer_nff.recognise(".nff", (const uint8_t *)hex, sizeof hex - 1));
+    assert_false(importer_obj.recognise(".nff", (const uint8_t *)hex, sizeof hex - 1));
 }
 
 /* Spheres stay spheres: these are the numbers of the files' own lines. */

@@ -413,8 +413,6 @@ static snell_status warn_of_losses(gltf *g, const json_t *material) {
     snell_status status = SNELL_OK;
     if (json_at(material, "occlusionTexture"))
         status = gltf_warn(g, "occlusion maps are ignored: what hides light is computed");
-    if (!status && json_at(json_extension(material, "KHR_materials_volume"), "thicknessTexture"))
-        status = gltf_warn(g, "thickness maps are not needed: closed shapes have a thickness");
     if (!status &&
         json_at(json_extension(material, "KHR_materials_clearcoat"), "clearcoatNormalTexture"))
         status = gltf_warn(g, "normal maps of a clearcoat are not supported: ignored");

@@ -831,7 +831,9 @@ static snell_status obj_read(const char *path, const import_options *options, de
 
 static bool obj_recognise(const char *extension, const uint8_t *first, size_t size) {
     if (strcmp(extension, ".obj") == 0) return true;
-    return strcmp(extension, ".lua") != 0 && obj_text_is_likely(first, size);
+    /* NFF has lines that begin with f and v, too; what nff.c leaves is libassimp's. */
+    bool another = strcmp(extension, ".lua") == 0 || strcmp(extension, ".nff") == 0;
+    return !another && obj_text_is_likely(first, size);
 }
 
 const importer importer_obj = {
