@@ -570,6 +570,93 @@ static void a_glaze_shows_what_its_base_sends(void **state) {
     for (int k = 0; k < 3; k++) ASSERT_CLOSE(lit.c[k], middle * 0.25 * (4 - k), TOLERANCE, 0);
 }
 
+/* ---- dispersion ---- */
+
+static snell_material_id add_prism_glass(double ior, double dispersion, double roughness) {
+    snell_dielectric_desc desc = SNELL_INIT(dielectric_desc);
+    snell_material_id id;
+    desc.ior = (float)ior;
+    desc.dispersion = (float)dispersion;
+    desc.roughness = flat(grey(roughness));
+    MUST(snell_scene_add_dielectric(bench.scene, &desc, &id));
+    return id;
+}
+
+/* n = n_d + (n_d - 1) / V (523655 / wavelength^2 - 1.5168), as the extension's text has it. */
+static double ior_of_color(double ior, double dispersion, int color) {
+    static const double wavelengths_nm[3] = {611.4, 549.1, 464.2};
+    double w = wavelengths_nm[color];
+    return ior + (ior - 1) * dispersion / 20 * (523655 / (w * w) - 1.5168);
+}
+
+static void build_ball(double ior, double dispersion, double roughness) {
+    rig_clear(&bench);
+    MUST(snell_scene_set_background_gradient(bench.scene, grey(0), grey(2)));
+    add_sphere(&bench, v3(0, 0, 0), 1, add_prism_glass(ior, dispersion, roughness));
+    commit();
+}
+
+/* One pixel from many samples through its centre. */
+static rgb many(snell_integrator policy, snell_vec3 from, snell_vec3 at, uint32_t depth,
+                uint32_t samples) {
+    snell_render_desc desc = picture(policy, 1, 1, depth);
+    snell_view view = look(from, at);
+    view.fov = 2e-4f;
+    desc.view = &view;
+    desc.samples = samples;
+    desc.pixel_center = false;
+    MUST(snell_render(bench.scene, &desc, bench.film));
+    return pixel_at(&bench, 0, 0);
+}
+
+/* Each colour sees what glass of its own index shows. Fraunhofer's lines F and C are as far apart as
+ * the Abbe number says. */
+static void colours_part_in_glass(void **state) {
+    (void)state;
+    const double ior = 1.6, dispersion = 2, n_f = 523655 / (486.1 * 486.1),
+                 n_c = 523655 / (656.3 * 656.3);
+    ASSERT_CLOSE(n_f - n_c, 1, 1e-3, 0);
+    const snell_vec3 from = v3(0, 0.9, 5), at = v3(0, 0.9, 0); /* off the ball's middle */
+    rgb apart[3], together;
+    for (int color = 0; color < 3; color++) {
+        build_ball(ior_of_color(ior, dispersion, color), 0, 0);
+        apart[color] = trace_ray(&bench, SNELL_WHITTED, from, at, 8);
+    }
+    build_ball(ior, dispersion, 0);
+    together = trace_ray(&bench, SNELL_WHITTED, from, at, 8);
+    for (int color = 0; color < 3; color++)
+        ASSERT_CLOSE(together.c[color], apart[color].c[color], 1e-6, 0);
+    assert_true(fabs(together.c[0] - together.c[2]) > 0.01);
+    rgb drawn = many(SNELL_PATH, from, at, 8, 1 << 15), tree = many(SNELL_COOK, from, at, 8, 16);
+    for (int color = 0; color < 3; color++) {
+        ASSERT_CLOSE(drawn.c[color], together.c[color], 0.03, 0);
+        ASSERT_CLOSE(tree.c[color], together.c[color], 1e-3, 0);
+    }
+    build_ball(ior, 0, 0); /* without, they stay together */
+    together = trace_ray(&bench, SNELL_WHITTED, from, at, 8);
+    assert_true(together.c[0] == together.c[1] && together.c[1] == together.c[2]);
+}
+
+/* Through two faces alone: longer ways make rare bright samples. */
+static void colours_part_in_rough_glass(void **state) {
+    (void)state;
+    const double ior = 1.6, dispersion = 10;
+    const snell_vec3 from = v3(0, 0.85, 5), at = v3(0, 0.85, 0);
+    rgb apart[3];
+    for (int color = 0; color < 3; color++) {
+        build_ball(ior_of_color(ior, dispersion, color), 0, 0.2);
+        apart[color] = many(SNELL_COOK, from, at, 2, 1 << 13);
+    }
+    build_ball(ior, dispersion, 0.2);
+    rgb drawn = many(SNELL_PATH, from, at, 2, 1 << 15),
+        tree = many(SNELL_COOK, from, at, 2, 1 << 13);
+    for (int color = 0; color < 3; color++) {
+        ASSERT_CLOSE(tree.c[color], apart[color].c[color], 0.01, 0);
+        ASSERT_CLOSE(drawn.c[color], apart[color].c[color], 0.03, 0);
+    }
+    assert_true(apart[0].c[0] > 1.02 * apart[2].c[2]);
+}
+
 /* ---- energy ---- */
 
 /* Inside a ball that shines with 1 everywhere, clear glass and a perfect mirror cannot be seen. */
@@ -698,6 +785,8 @@ int main(void) {
         cmocka_unit_test_setup(a_glaze_never_traces_its_base, fresh),
         cmocka_unit_test_setup(parts_of_a_glaze_are_checked, fresh),
         cmocka_unit_test_setup(a_glaze_shows_what_its_base_sends, fresh),
+        cmocka_unit_test_setup(colours_part_in_glass, fresh),
+        cmocka_unit_test_setup(colours_part_in_rough_glass, fresh),
         cmocka_unit_test_setup(a_white_furnace_is_white, fresh),
         cmocka_unit_test_setup(senseless_normals_give_no_nan, fresh),
         cmocka_unit_test_setup(coverage_is_not_absorbed, fresh),

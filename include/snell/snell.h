@@ -848,7 +848,8 @@ typedef struct snell_explained_ray {
     double pdf;       /* density that its direction was drawn with, 1/sr; 0: there was no choice */
     double weight[3]; /* how much of what it finds its parent's surface sends on; a camera ray: 1 */
     double distance;  /* to its end, metres; INFINITY: it left; 0: it was not traced */
-    double transmittance[3]; /* Beer's law over that distance */
+    double transmittance[3]; /* Beer's law over that distance; where `path` drew a color at the hit's
+                                dispersion, times 3 for it and 0 for the others */
     snell_vec3 throughput;   /* how much of what is found at its end reaches the sample */
     double radiance[4]; /* what its tree adds to the sample: the sum of the contributions, and of
                               coverage in [3] */
@@ -1424,6 +1425,7 @@ typedef struct snell_dielectric_desc { /* glass, water: reflects and refracts */
     snell_vec3 attenuation_color; /* what is left of white light after attenuation_distance; 1e-06 to 1 */
     float attenuation_distance; /* 0: attenuation_color is not used; m; >= 0 */
     int32_t priority; /* where solids overlap the higher one is present; -1000 to 1000 */
+    float dispersion; /* 20 / Abbe number: how far colours part; water .36, diamond .36, flint glass .55; 0 to 100 */
 } snell_dielectric_desc;
 static inline snell_dielectric_desc snell_dielectric_desc_init(size_t struct_size) {
     snell_dielectric_desc desc;
@@ -1613,6 +1615,7 @@ typedef struct snell_principled_desc { /* the glTF 2.0 model: metal, plastic, gl
     snell_input iridescence; /* strength of a thin film's colours; 0 to 1 */
     float iridescence_ior; /* of the film; 1 to 10 */
     snell_input iridescence_thickness; /* of the film; nm; >= 0 */
+    float dispersion; /* 20 / Abbe number of what transmits with a thickness: how far colours part; 0 to 100 */
 } snell_principled_desc;
 static inline snell_principled_desc snell_principled_desc_init(size_t struct_size) {
     snell_principled_desc desc;

@@ -189,7 +189,7 @@ snell_status snell_scene_add_glazed(snell_scene *s, const snell_glazed_desc *des
     return status;
 }
 
-_Static_assert(sizeof(snell_dielectric_desc) == 200, "run tools/update_api");
+_Static_assert(sizeof(snell_dielectric_desc) == 208, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, ambient) == 32, "run tools/update_api");
@@ -207,6 +207,7 @@ _Static_assert(offsetof(snell_dielectric_desc, absorption) == 168, "run tools/up
 _Static_assert(offsetof(snell_dielectric_desc, attenuation_color) == 180, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, attenuation_distance) == 192, "run tools/update_api");
 _Static_assert(offsetof(snell_dielectric_desc, priority) == 196, "run tools/update_api");
+_Static_assert(offsetof(snell_dielectric_desc, dispersion) == 200, "run tools/update_api");
 snell_status snell_scene_add_dielectric(snell_scene *s, const snell_dielectric_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "dielectric", desc, &index1);
@@ -312,6 +313,7 @@ _Static_assert(offsetof(snell_principled_desc, anisotropy_map) == 376, "run tool
 _Static_assert(offsetof(snell_principled_desc, iridescence) == 384, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, iridescence_ior) == 404, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, iridescence_thickness) == 408, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, dispersion) == 428, "run tools/update_api");
 snell_status snell_scene_add_principled(snell_scene *s, const snell_principled_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "principled", desc, &index1);

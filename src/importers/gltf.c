@@ -175,6 +175,7 @@ static const char *const known_extensions[] = {
     "KHR_materials_transmission",
     "KHR_materials_ior",
     "KHR_materials_volume",
+    "KHR_materials_dispersion",
     "KHR_materials_specular",
     "KHR_materials_clearcoat",
     "KHR_materials_sheen",

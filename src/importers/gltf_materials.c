@@ -303,7 +303,7 @@ static snell_status gltf_texture(gltf *g, const json_t *info, int use, ramp chan
 typedef struct layers {
     snell_input specular, specular_color, transmission, clearcoat, clearcoat_roughness, sheen_color,
         sheen_roughness;
-    double thickness, attenuation_distance;
+    double thickness, attenuation_distance, dispersion;
     snell_vec3 attenuation_color;
     snell_input anisotropy, iridescence, film_thickness;
     snell_texture_id grain;
@@ -371,6 +371,7 @@ static void add_layers(params *p, const layers *k) {
     if (vec3_largest(k->transmission.value) > 0) {
         add_input(p, "transmission", k->transmission);
         add_float(p, "thickness", k->thickness);
+        if (k->dispersion > 0) add_float(p, "dispersion", k->dispersion);
     }
     if (k->attenuation_distance > 0) {
         add_param(
@@ -459,6 +460,8 @@ static snell_status read_layers(gltf *g, const json_t *material, layers *k) {
                  *sheen = json_extension(material, "KHR_materials_sheen"),
                  *transmission = json_extension(material, "KHR_materials_transmission");
     read_volume(json_extension(material, "KHR_materials_volume"), k);
+    k->dispersion = double_min(
+        json_number(json_extension(material, "KHR_materials_dispersion"), "dispersion", 0), 100);
     bool glossy = k->has_specular; /* read already */
     k->has_specular |= specular != NULL;
     k->has_clearcoat = json_number(clearcoat, "clearcoatFactor", 0) > 0;

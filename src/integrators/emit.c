@@ -113,6 +113,7 @@ path_ray *emit_ray(wave *w, const path_ray *r, const shade_point *p, dvec3 d, dv
     child->media = *m;
     child->depth = (uint16_t)(r->depth + 1);
     child->kind = (uint8_t)kind;
+    child->color = r->color;
     child->route = r->route == RAY_CAMERA ? (uint8_t)kind : r->route;
     child->primary = child->has_differential = false;
     child->coverage = child->drawn_pdf = 0;

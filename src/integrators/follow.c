@@ -25,9 +25,36 @@ static bool refracted_direction(const shade_point *p, const lobe *l, double eta,
     return dvec3_dot(*d, p->n) < 0 || refract_direction(p->wo, p->n, eta, d);
 }
 
+/* Colours part: what is reflected stays together, and three rays are refracted, each of one colour. */
+static void follow_colors(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
+                          const lobe *l, double passing, uint32_t slot) {
+    double cosine = dvec3_dot(p->wo, p->ns);
+    dvec3 reflected = {0, 0, 0};
+    for (int color = 0; color < 3; color++) {
+        double ior1 = b->ior1_by_color[color], ior2 = b->ior2_by_color[color],
+               part = fresnel_dielectric(cosine, ior1, ior2);
+        dvec3 alone = color_alone(color), d;
+        reflected = dvec3_add(reflected, dvec3_scale(alone, part));
+        if (!refracted_direction(p, l, ior1 / ior2, &d)) continue;
+        dvec3 weight = dvec3_scale(dvec3_mul(l->weight, alone), passing * (1 - part));
+        path_ray *child = emit_ray(w, r, p, d, weight, wave_beyond(w), color_slot(slot + 1, color),
+                                   RAY_REFRACTED);
+        if (child) child->color = (uint8_t)(1 + color);
+        differential_of_interface(r, p, ior1 / ior2, child);
+    }
+    dvec3 weight = dvec3_scale(dvec3_mul(l->reflected, reflected), passing);
+    path_ray *child =
+        emit_ray(w, r, p, mirror_direction(p), weight, &r->media, slot, RAY_REFLECTED);
+    differential_of_mirror(r, p, child);
+}
+
 void follow_interface(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                       const lobe *l, uint32_t slot) {
     double cosine = dvec3_dot(p->wo, p->ns), passing = lobe_passing(l, b, cosine, -cosine);
+    if (b->disperses && !l->type->thin) {
+        follow_colors(w, r, p, b, l, passing, slot);
+        return;
+    }
     double reflected = interface_reflected(l, b, cosine);
     path_ray *child =
         emit_ray(w, r, p, mirror_direction(p), dvec3_scale(l->reflected, passing * reflected),

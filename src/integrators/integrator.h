@@ -35,8 +35,10 @@ typedef struct path_ray {
     media media;     /* what it travels in */
     uint16_t depth;  /* camera ray 0, each child one more */
     uint8_t kind;    /* ray_kind */
-    uint8_t route;   /* of the ray that the first surface sent on this way; RAY_CAMERA: none yet */
-    bool primary;    /* a camera ray, or one walked on through transparent surfaces */
+    uint8_t
+        color; /* the one that it carries since a medium parted them: 1 red, 2, 3 blue; 0: all */
+    uint8_t route; /* of the ray that the first surface sent on this way; RAY_CAMERA: none yet */
+    bool primary;  /* a camera ray, or one walked on through transparent surfaces */
     bool has_differential;
     float coverage; /* of a primary ray: the share of the pixel that nothing has covered yet */
     ray_differential differential; /* to the next sample's ray, where has_differential */

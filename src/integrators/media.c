@@ -2,7 +2,7 @@
 
 #include "maths/functions.h"
 
-static const medium vacuum = {.ior = 1};
+static const medium vacuum = {.ior = 1, .ior_by_color = {1, 1, 1}};
 
 const medium *media_current(const media *m, const scene *s) {
     const medium *current = NULL;

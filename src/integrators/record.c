@@ -144,6 +144,13 @@ void record_absorbed(const wave *w, const path_ray *r, dvec3 transmittance) {
     if (node) put3(node->said.transmittance, transmittance);
 }
 
+void record_color(const wave *w, const path_ray *r, dvec3 kept) {
+    recorded_ray *node = node_of(w, r);
+    if (node == NULL) return;
+    const double *t = node->said.transmittance;
+    put3(node->said.transmittance, (dvec3){t[0] * kept.x, t[1] * kept.y, t[2] * kept.z});
+}
+
 /* By Fresnel's formulas, of the first part that has them. */
 static dvec3 fresnel_at(const bsdf *b, double cosine) {
     for (int i = 0; i < b->lobe_count; i++) {

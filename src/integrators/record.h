@@ -61,6 +61,8 @@ RECORD_COLD void record_unborn(const wave *w, const path_ray *parent, const shad
                                dvec3 weight, ray_kind kind, snell_ray_end why);
 RECORD_COLD void record_ended(const wave *w, const path_ray *parent, dvec3 weight);
 RECORD_COLD void record_absorbed(const wave *w, const path_ray *r, dvec3 transmittance);
+/* Of a path that goes on with one colour: 3 for that, 0 for the others. */
+RECORD_COLD void record_color(const wave *w, const path_ray *r, dvec3 kept);
 RECORD_COLD void record_hit(const wave *w, const path_ray *r, const hit *h, const shade_point *p,
                             const bsdf *b, snell_ray_end end);
 RECORD_COLD void record_miss(const wave *w, const path_ray *r);

@@ -103,6 +103,16 @@ static void absorb(wave *w, path_ray *r, double t) {
     if (w->settings.record) record_absorbed(w, r, through);
 }
 
+static void set_iors(const path_ray *r, const medium *before, const medium *after, bsdf *b) {
+    b->ior1 = before->ior;
+    b->ior2 = after->ior;
+    if (!medium_disperses(before) && !medium_disperses(after)) return;
+    b->ior1_by_color = before->ior_by_color;
+    b->ior2_by_color = after->ior_by_color;
+    b->disperses = r->color == 0;
+    if (!b->disperses) bsdf_take_color(b, r->color - 1);
+}
+
 /* Crosses the face of a dielectric: *beyond is what the ray is in after it. true: nothing changes
  * across it, being inside a medium of higher priority.
  *
@@ -118,9 +128,18 @@ static bool cross_interface(wave *w, const path_ray *r, const shade_point *p, bs
     if (!known && (p->outside || b->alpha >= 1)) w->stats.media_mismatches++;
     if (!p->outside) b->alpha = 1;
     const medium *before = media_current(&r->media, s), *after = media_current(beyond, s);
-    b->ior1 = before->ior;
-    b->ior2 = after->ior;
+    set_iors(r, before, after, b);
     return before == after;
+}
+
+/* Colours part: a path goes on with one of them, which stands for all three. */
+static void draw_color(const wave *w, path_ray *r, bsdf *b) {
+    int color = (int)(3 * wave_draw(w, r, SAMPLE_COLOR).x);
+    dvec3 kept = dvec3_scale(color_alone(color), 3);
+    r->weight = vec3_from(dvec3_mul(dvec3_from(r->weight), kept));
+    r->color = (uint8_t)(1 + color);
+    bsdf_take_color(b, color);
+    if (w->settings.record) record_color(w, r, kept);
 }
 
 /* Of what is there in part, a path meets all or nothing. The draw is the surface's own, so that two
@@ -161,6 +180,7 @@ static void handle_hit(wave *w, path_ray *r, const hit *h) {
         r->coverage = (float)((double)coverage * b.alpha);
         r->weight = vec3_from(dvec3_scale(dvec3_from(r->weight), b.alpha));
     }
+    if (b.disperses && !hidden && w->settings.integrator->one_branch) draw_color(w, r, &b);
     if (w->settings.record) record_hit(w, r, h, &p, &b, hidden ? SNELL_RAY_PASSED : SNELL_RAY_HIT);
     if (hidden) {
         emit_continued(w, r, h, (dvec3){1, 1, 1}, &w->beyond);
@@ -288,6 +308,7 @@ static void push_camera_ray(wave *w, const block_cursor *c) {
     r->media = s->camera_media;
     r->depth = 0;
     r->kind = r->route = RAY_CAMERA;
+    r->color = 0;
     r->primary = true;
     r->coverage = 1;
     r->drawn_pdf = 0;

@@ -85,7 +85,19 @@ struct bsdf {
     double alpha;      /* 1: all there; 0: a ray passes as if nothing were there */
     dvec3 tangent;     /* of lobe_grained: its grain, of any length; not set without one */
     double ior1, ior2; /* on wo's side and beyond; the wave sets them from the ray's media */
+    /* The ray's red, green and blue light would take three ways beyond, by these indices in place of
+     * those; not set without. */
+    bool disperses;
+    const double *ior1_by_color, *ior2_by_color; /* each three: red, green, blue */
 };
+
+/* 0 red, 1 green, 2 blue: the bsdf for that alone, and the factor that leaves that alone. */
+static inline void bsdf_take_color(bsdf *b, int color) {
+    b->ior1 = b->ior1_by_color[color];
+    b->ior2 = b->ior2_by_color[color];
+    b->disperses = false;
+}
+static inline dvec3 color_alone(int color) { return (dvec3){color == 0, color == 1, color == 2}; }
 
 /* Adds a lobe and returns it, for the fields that the type needs beside these; NULL for a lobe that
  * would do nothing. Lobes beyond LOBES_MAX would be a fault in a material. */

@@ -16,7 +16,9 @@
     F(T, attenuation_distance, FLOAT, DEFAULT(0), NOT_NEGATIVE, "m",                               \
       "0: attenuation_color is not used")                                                          \
     F(T, priority, INT, DEFAULT(0), RANGE(-1000, 1000), "",                                        \
-      "where solids overlap the higher one is present")
+      "where solids overlap the higher one is present")                                            \
+    F(T, dispersion, FLOAT, DEFAULT(0), RANGE(0, 100), "",                                         \
+      "20 / Abbe number: how far colours part; water .36, diamond .36, flint glass .55")
 DESCRIBE(dielectric, DIELECTRIC_FIELDS)
 
 static void fill(const void *desc, const material_point *point, bsdf *out) {
@@ -32,7 +34,8 @@ static medium inside(const void *desc) {
     const dielectric_desc *m = desc;
     dvec3 more =
         medium_attenuation(dvec3_from(m->attenuation_color), (double)m->attenuation_distance);
-    return (medium){(double)m->ior, dvec3_add(dvec3_from(m->absorption), more), m->priority};
+    return medium_make((double)m->ior, (double)m->dispersion,
+                       dvec3_add(dvec3_from(m->absorption), more), m->priority);
 }
 
 const material_type material_dielectric = {

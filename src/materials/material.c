@@ -18,6 +18,23 @@ dvec3 medium_attenuation(dvec3 color, double distance) {
     return (dvec3){fn_log(color.x) * scale, fn_log(color.y) * scale, fn_log(color.z) * scale};
 }
 
+/* KHR_materials_dispersion: the first two terms of Cauchy's equation, n = A + B / wavelength^2, with A
+ * and B from the index at Fraunhofer's d line and the Abbe number, 523655 nm^2 / wavelength^2 being 1
+ * apart between his F and C lines. Not below 1. */
+static double ior_at(double ior, double dispersion, double wavelength_nm) {
+    double part = 523655 / (wavelength_nm * wavelength_nm) - 1.5168;
+    return double_max(ior + (ior - 1) * dispersion / 20 * part, 1);
+}
+
+medium medium_make(double ior, double dispersion, dvec3 absorption, int32_t priority) {
+    /* The dominant wavelengths of Rec. 709's primaries under D65. */
+    static const double wavelengths_nm[] = {611.4, 549.1, 464.2};
+    medium m = {ior, absorption, priority, {ior, ior, ior}};
+    for (int i = 0; i < 3 && dispersion > 0; i++)
+        m.ior_by_color[i] = ior_at(ior, dispersion, wavelengths_nm[i]);
+    return m;
+}
+
 double material_alpha(const material *m, const material_point *point) {
     const material_common *common = m->desc;
     double alpha = input_scalar(&common->alpha, point->textures, &point->at) * point->alpha;
@@ -38,6 +55,7 @@ void material_evaluate(const material *m, const material_point *point, bsdf *out
     const material_common *common = m->desc;
     out->lobe_count = out->coat_count = 0;
     out->ior1 = out->ior2 = 1;
+    out->disperses = false;
     out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
     out->ambient = dvec3_from(common->ambient);
     out->emission = m->shines ? material_emission(m, point) : (dvec3){0, 0, 0};

@@ -33,9 +33,17 @@ typedef struct material_common {
 /* What a dielectric's inside does to light; NULL-able pointer elsewhere. */
 typedef struct medium {
     double ior;
-    dvec3 absorption; /* a of exp(-a d), per metre */
-    int32_t priority; /* where solids overlap the higher one is present */
+    dvec3 absorption;       /* a of exp(-a d), per metre */
+    int32_t priority;       /* where solids overlap the higher one is present */
+    double ior_by_color[3]; /* of red, green and blue light; without dispersion all `ior` */
 } medium;
+
+/* A medium whose `ior` is that at 587.6 nm, with the Abbe number 20 / dispersion; 0: colours do not
+ * part. */
+medium medium_make(double ior, double dispersion, dvec3 absorption, int32_t priority);
+static inline bool medium_disperses(const medium *m) {
+    return m->ior_by_color[0] != m->ior_by_color[2];
+}
 
 /* a of exp(-a d) that leaves `color` of white light after `distance`: -ln(color) / distance; 0 where
  * the distance is 0. */

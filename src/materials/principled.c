@@ -1,6 +1,6 @@
 /* The material model of glTF 2.0: metallic-roughness (specification, appendix B) with
- * KHR_materials_ior, _specular, _transmission, _volume, _clearcoat, _sheen, _anisotropy, _iridescence
- * and, as `emission`, _emissive_strength.
+ * KHR_materials_ior, _specular, _transmission, _volume, _dispersion, _clearcoat, _sheen, _anisotropy,
+ * _iridescence and, as `emission`, _emissive_strength.
  *
  *     dielectric = F GGX + (1 - F) (mix(diffuse, refracted, transmission))
  *     metal      = F_base GGX
@@ -52,7 +52,9 @@
       "the grain's direction as a colour, linear: red along u, green along v, as in a normal map") \
     F(T, iridescence, SCALAR, DEFAULT(0), RANGE(0, 1), "", "strength of a thin film's colours")    \
     F(T, iridescence_ior, FLOAT, DEFAULT(1.3f), RANGE(1, 10), "", "of the film")                   \
-    F(T, iridescence_thickness, SCALAR, DEFAULT(400), NOT_NEGATIVE, "nm", "of the film")
+    F(T, iridescence_thickness, SCALAR, DEFAULT(400), NOT_NEGATIVE, "nm", "of the film")           \
+    F(T, dispersion, FLOAT, DEFAULT(0), RANGE(0, 100), "",                                         \
+      "20 / Abbe number of what transmits with a thickness: how far colours part")
 DESCRIBE(principled, PRINCIPLED_FIELDS)
 
 static const double COAT_F0 = 0.04; /* an ior of 1.5 */
@@ -201,10 +203,10 @@ static void fill(const void *desc, const material_point *point, bsdf *out) {
 
 static medium inside(const void *desc) {
     const principled_desc *m = desc;
-    return (medium){
-        (double)m->ior,
+    return medium_make(
+        (double)m->ior, (double)m->dispersion,
         medium_attenuation(dvec3_from(m->attenuation_color), (double)m->attenuation_distance),
-        m->priority};
+        m->priority);
 }
 
 static bool bounds(const void *desc) { return has_volume(desc); }

@@ -14,6 +14,7 @@ typedef enum sample_purpose {
     SAMPLE_LIGHT,        /* the place on it */
     SAMPLE_LOBE,         /* which part of a material; does the path go on? */
     SAMPLE_DIRECTION,    /* where it scatters to */
+    SAMPLE_COLOR = 8,    /* which colour's way, where they part */
     SAMPLE_ALPHA = 9     /* is there a surface, where it is there in part? */
 } sample_purpose;
 

@@ -111,9 +111,12 @@ def extensions():
         {"name": "films", "extensions": {"KHR_materials_iridescence": {
             "iridescenceFactor": 1, "iridescenceThicknessMinimum": 200, "iridescenceThicknessMaximum": 400,
             "iridescenceThicknessTexture": {"index": 0}}}},
-        {"name": "prism", "extensions": {"KHR_materials_dispersion": {"dispersion": 0.5}}}]
+        {"name": "prism", "extensions": {"KHR_materials_dispersion": {"dispersion": 0.5},
+                                        "KHR_materials_transmission": {"transmissionFactor": 1},
+                                        "KHR_materials_volume": {"thicknessFactor": 1}}}]
     f.json["extensionsUsed"] = ["KHR_materials_pbrSpecularGlossiness", "KHR_materials_anisotropy",
-                                "KHR_materials_iridescence", "KHR_materials_dispersion"]
+                                "KHR_materials_iridescence", "KHR_materials_dispersion",
+                                "KHR_materials_transmission", "KHR_materials_volume"]
     for m in range(len(f.json["materials"])):
         f.mesh({"POSITION": p, "TEXCOORD_0": t}, material=m)
     save(f, "extensions.gltf")
