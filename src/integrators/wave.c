@@ -103,9 +103,8 @@ static void absorb(wave *w, path_ray *r, double t) {
     if (w->settings.record) record_absorbed(w, r, through);
 }
 
-static void set_iors(const path_ray *r, const medium *before, const medium *after, bsdf *b) {
-    b->ior1 = before->ior;
-    b->ior2 = after->ior;
+/* A ray of one colour has the indices of that. */
+static void set_color_iors(const path_ray *r, const medium *before, const medium *after, bsdf *b) {
     if (!medium_disperses(before) && !medium_disperses(after)) return;
     b->ior1_by_color = before->ior_by_color;
     b->ior2_by_color = after->ior_by_color;
@@ -128,7 +127,9 @@ static bool cross_interface(wave *w, const path_ray *r, const shade_point *p, bs
     if (!known && (p->outside || b->alpha >= 1)) w->stats.media_mismatches++;
     if (!p->outside) b->alpha = 1;
     const medium *before = media_current(&r->media, s), *after = media_current(beyond, s);
-    set_iors(r, before, after, b);
+    b->ior1 = before->ior;
+    b->ior2 = after->ior;
+    set_color_iors(r, before, after, b);
     return before == after;
 }
 
