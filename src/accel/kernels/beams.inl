@@ -278,9 +278,9 @@ static __attribute__((noinline)) bool meet_alone(beam *k, const bvh_tree *mesh,
     return false;
 }
 
-/* The triangle's own box, as it is. */
+/* The triangle's own box, as it is: lanes that pass it, and those for which it does not lie behind. */
 INLINE uint32_t cross_own_box(const beam *k, const triangle_block *b, uint32_t triangle,
-                              uint32_t at, f16 *enter) {
+                              uint32_t at, f16 *enter, uint32_t *ahead_of) {
     const tile *t = k->tile;
     f16 leave = f16_set(INFINITY);
     *enter = f16_load(t->t_min + at);
@@ -293,8 +293,9 @@ INLINE uint32_t cross_own_box(const beam *k, const triangle_block *b, uint32_t t
         *enter = f16_max(f16_mul(f16_sub(f16_set(back ? high : low), o), inv), *enter);
         leave = f16_min(f16_mul(f16_sub(f16_set(back ? low : high), o), inv), leave);
     }
-    return f16_less_equal(
-        *enter, f16_min(f16_load(t->t_max + at), f16_mul(leave, f16_set(BOX_EXIT_SCALE))));
+    leave = f16_mul(leave, f16_set(BOX_EXIT_SCALE));
+    *ahead_of = f16_less_equal(f16_load(t->t_min + at), leave);
+    return f16_less_equal(*enter, f16_min(f16_load(t->t_max + at), leave));
 }
 
 /* Does it win over what the ray has at the same t? */
@@ -326,8 +327,8 @@ INLINE uint32_t meet_triangle(beam *k, const bvh_tree *mesh, const triangle_bloc
     lanes &= f16_less_equal(met, best) & ~hard;
     if ((lanes | hard) == 0) return 0;
 
-    uint32_t passed = cross_own_box(k, b, triangle, at, &enter);
-    hard |= lanes & ~passed;
+    uint32_t ahead_of, passed = cross_own_box(k, b, triangle, at, &enter, &ahead_of);
+    hard |= lanes & ~passed & ahead_of;
     f16 clamped = f16_max(f16_load(k->floor_t + at), f16_max(enter, met));
     lanes &= passed & f16_less_equal(f16_abs(met), f16_set(FLT_MAX)) &
              f16_less(f16_load(t->t_min + at), clamped) &
