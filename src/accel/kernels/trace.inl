@@ -6,6 +6,7 @@
  *     walk.inl       one ray through everything: instances, groups, parts, meshes that deform
  *     tiles.inl      64 rays made ready side by side
  *     beams.inl      those of a tile that go the same way, together
+ *     shared.inl     the way down that rays of a tile share
  *     spheres.inl    eight spheres and as many rays
  *     worlds.inl     beams in a world of many things
  *     turns.inl      the others in turn */
@@ -29,6 +30,7 @@
 #include "accel/kernels/walk.inl"
 
 #include "accel/kernels/tiles.inl"
+#include "accel/kernels/shared.inl"
 
 /* All rays of a call. */
 typedef struct batch {
@@ -41,6 +43,7 @@ typedef struct batch {
     tile tile;           /* which ends at `next` .. */
     uint64_t left;       /* .. and its rays that are still to be traced */
     uint32_t beam_least; /* rays that a beam must have */
+    shares *shared;      /* by that tile */
     trace_counters counters;
 } batch;
 

@@ -4,7 +4,7 @@
  * branch: first the tests of all, then what follows from them. */
 
 enum {
-    TURNS = 16, /* more do not fit into the first-level cache together with what they visit */
+    TURNS = 32, /* more would not fit into the first-level cache together with what they visit */
     NODES = 4,  /* steps down, or blocks of triangles, side by side */
     BLOCKS = 4
 };
@@ -231,6 +231,15 @@ INLINE void end_turn(batch *b, const query *q, size_t index, const bool any) {
         b->hits[index] = found_hit(q);
 }
 
+/* Those that no beam took. */
+INLINE void share_way(batch *b, const tile *t) {
+    const bvh_tree *mesh = b->instance->mesh;
+    uint64_t rays = b->left & t->plain;
+    if (count_bits(rays) < SHARE_RAYS || mesh->root & BVH_LEAF) return;
+    share_nodes(b->shared, t, mesh, rays);
+    b->counters.nodes += b->shared->node_count;
+}
+
 /* Makes the next rays of the batch ready, and traces those that need no turn. */
 static __attribute__((noinline)) void next_tile(batch *b, const bool any, const bool many) {
     tile *t = &b->tile;
@@ -247,6 +256,8 @@ static __attribute__((noinline)) void next_tile(batch *b, const bool any, const 
     }
     add_counters(&b->counters, &q.counters);
     b->left = trace_beams(b, t, t->enter & ~t->far, any, many);
+    b->shared->rays = 0;
+    if (any && !many) share_way(b, t);
 }
 
 /* Gives the turn the next ray that may meet something. False: there is none. */
@@ -279,7 +290,11 @@ INLINE bool start_turn(batch *b, turn *t, const bool any, const bool many) {
     t->sheared.x = from->shear[0][i], t->sheared.y = from->shear[1][i];
     t->sheared.z = from->shear[2][i];
     memcpy(t->p.offsets, plane_offsets[octant], sizeof plane_offsets[0]);
-    start_stack(&t->stack);
+    if (b->shared->rays >> i & 1) {
+        take_share(b->shared, i, &t->stack);
+        t->next = pop(&t->stack);
+    } else
+        start_stack(&t->stack);
     return true;
 }
 
@@ -300,6 +315,8 @@ INLINE void take_turns(batch *b, turn turns[TURNS], const bool any, const bool m
         memcpy(then->blocks, now->blocks + (n.blocks - blocks), BLOCKS * sizeof(turn *));
         b->counters.nodes += n.nodes - nodes;
         uint32_t i;
+        for (i = 0; i < n.blocks - blocks; i++) /* while nodes are tested */
+            fetch(many ? now->blocks[i]->tree : mesh, now->blocks[i]->next, false);
         for (i = 0; i + NODES <= n.nodes; i += NODES)
             step_nodes(mesh, now->nodes + i, NODES, then, &left, many);
         for (; i < n.nodes - nodes; i++) step_nodes(mesh, now->nodes + i, 1, then, &left, many);
@@ -322,6 +339,8 @@ INLINE void take_turns(batch *b, turn turns[TURNS], const bool any, const bool m
 
 static __attribute__((noinline)) void trace_turns(batch *b) {
     turn turns[TURNS];
+    shares shared;
+    b->shared = &shared;
     if (b->hits != NULL)
         take_turns(b, turns, false, false);
     else
@@ -330,6 +349,8 @@ static __attribute__((noinline)) void trace_turns(batch *b) {
 
 static __attribute__((noinline)) void trace_many(batch *b) {
     turn turns[TURNS];
+    shares shared;
+    b->shared = &shared;
     if (b->hits != NULL)
         take_turns(b, turns, false, true);
     else
