@@ -411,12 +411,14 @@ static size_t add_some_of_all(description *d, uint64_t *seed, bool *had) {
     return added;
 }
 
-/* Types without lists and texts; of every number the reader must make the same float again. */
-/* The hash of a scene is of every field. */
+/* Types without lists and texts; of every number the reader must make the same float again. The hash of a scene is of
+ * every field. What was normalised once, as here, is now and then no direction that a reader, who normalises twice,
+ * can make of any numbers: an error says so. */
 static void programs_keep_every_number(void **state) {
     (void)state;
     uint64_t seed = 5;
     bool had[256] = {false};
+    size_t refused = 0;
     for (int round = 0; round < 40; round++) {
         uint64_t there, back;
         rig_clear(&bench);
@@ -424,7 +426,11 @@ static void programs_keep_every_number(void **state) {
         assert_true(added > 15);
         there = hash();
         snell_status status = snell_scene_save(bench.scene, path[0]);
-        if (status) print_error("%s\n", snell_last_error()->text);
+        if (status) print_message("%s\n", snell_last_error()->text);
+        if (status == SNELL_ERR_UNSUPPORTED && strstr(snell_last_error()->text, "this direction")) {
+            refused++;
+            continue;
+        }
         assert_int_equal(status, SNELL_OK);
         rig_clear(&bench);
         MUST(snell_scene_load(bench.scene, path[0], NULL));
@@ -432,6 +438,7 @@ static void programs_keep_every_number(void **state) {
         if (there != back) print_error("round %d: see %s\n", round, path[0]);
         assert_true(there == back);
     }
+    assert_true(refused <= 4);
     size_t kinds = 0;
     for (int i = 0; i < 256; i++) kinds += had[i];
     print_message("%zu types\n", kinds);
