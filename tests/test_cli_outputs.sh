@@ -72,6 +72,11 @@ formats() {
         wrong "x.webp: a .webp file has at most 16383 pixels a side" ".png" my.lua -s 17000x10 -o x.webp
         wrong "x.webp: a .webp file has at most 16383" "" my.lua -s 17000x10 --turntable 2 -o x.webp
         run 0 my.lua -s 17000x10 -n 1 --crop 20x10+0+0 -o crop.webp
+        run 0 my.lua "${small[@]}" --background transparent -o clear.png
+        run 0 convert clear.png clear.webp --quality 100
+        run 0 compare clear.png clear.webp
+        run 0 convert clear.webp again.png
+        run 0 compare clear.png again.png
     fi
     wrong "--quality: a .png file loses nothing" ".jpg and .webp" my.lua -o x.png --quality 50
     wrong "--bits: a .ppm file has no 16 of them" "" my.lua -o x.ppm --bits 16

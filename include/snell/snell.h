@@ -952,8 +952,8 @@ static inline snell_film_read_desc snell_film_read_desc_init(size_t struct_size)
     desc.allow_helper = true;
     return desc;
 }
-/* A picture from a file, by its content: PNG, JPEG, PPM and PGM (8 or 16 bits, taken as sRGB),
- * OpenEXR in scan lines, PFM, Radiance HDR (linear). Sides to 65536, at most 2^26 pixels. The
+/* A picture from a file, by its content: PNG, JPEG, WebP, PPM and PGM (8 or 16 bits, taken as
+ * sRGB), OpenEXR, PFM, Radiance HDR (linear). Sides to 65536, at most 2^26 pixels. The
  * pixels are as snell_film_pixels says, alpha premultiplied; of linear files as they are, also
  * negative, infinite and NaN. Of a file for screens, exposure 0 and tone map "clip" give the file's
  * values again. The film's context must still be there, and hears warnings. On failure the film is

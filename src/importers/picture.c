@@ -121,12 +121,13 @@ static snell_status decode(const uint8_t *data, size_t size, size_t size_max, co
                            image_names *layers, decoded_image *out) {
     if (image_is_float(data, size))
         return image_decode_layer(data, size, size_max, layer, layers, out);
+    bool webp = begins(data, size, "RIFF", 4) && size >= 12 && memcmp(data + 8, "WEBP", 4) == 0;
     bool known =
-        begins(data, size, "\x89PNG\r\n\x1a\n", 8) || begins(data, size, "\xff\xd8\xff", 3);
+        webp || begins(data, size, "\x89PNG\r\n\x1a\n", 8) || begins(data, size, "\xff\xd8\xff", 3);
     if (!known && !is_pnm(data, size))
         return error_set(SNELL_ERR_UNSUPPORTED,
-                         "PNG, JPEG, PPM, OpenEXR, PFM and Radiance HDR are read; 'snell render' "
-                         "makes a picture of a scene",
+                         "PNG, JPEG, WebP, PPM, OpenEXR, PFM and Radiance HDR are read; 'snell "
+                         "render' makes a picture of a scene",
                          "this is no picture that snell reads");
     if (layer[0]) return error_set(SNELL_ERR_ARGUMENT, "only OpenEXR files do", "it has no layers");
     return known ? image_decode_wide(data, size, size_max, out)
