@@ -602,6 +602,13 @@ contents() {
     run 4 render ./picture
     says "this is a picture"
     says "snell info FILE"
+    printf 'RIFF0000WEBPVP8 ' >picture
+    run 4 render ./picture
+    says "this is a picture"
+    printf '#?RADIANCE\n\n-Y 1 +X 1\n' >sky.hdr
+    run 4 info sky.hdr
+    says "this is a Radiance HDR picture"
+    says "snell help environment"
     printf 'print("a", "b")\nsphere { }\n' >print.lua
     run 0 print.lua -n 1 -s 8x8
     says "snell: print.lua:1: a b"

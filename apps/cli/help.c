@@ -370,7 +370,7 @@ static void print_formats(void) {
                format.built ? "" : " (not in this build)");
     puts("\n--bits 16 makes a .png of 16 bits and an .exr of half floats. Animations take all\n"
          "frames of --frames or --turntable; a .y4m may go to standard output, into a video\n"
-         "encoder: it is BT.709, limited range, 4:2:0.");
+         "encoder: it is BT.709, limited range, 4:2:0 or with --chroma 444 4:4:4.");
 }
 
 int help_aovs(void) {

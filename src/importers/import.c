@@ -59,19 +59,27 @@ static snell_status unknown_format(const char *format) {
     return error_set(SNELL_ERR_UNSUPPORTED, hint, "unknown file format '%s'", format);
 }
 
-/* PNG, JPEG, OpenEXR, PFM and PPM by their first bytes. */
+static bool begins(const uint8_t *first, size_t size, const char *mark) {
+    size_t length = strlen(mark);
+    return size >= length && memcmp(first, mark, length) == 0;
+}
+
+/* PNG, JPEG, WebP, OpenEXR, PFM and PPM by their first bytes. */
 static bool is_picture(const uint8_t *first, size_t size) {
     static const char *const marks[] = {"\x89PNG\r\n", "\xff\xd8\xff", "v/1\x01", "PF\n",
                                         "Pf\n",        "P6\n",         "P3\n"};
-    for (size_t i = 0; i < sizeof marks / sizeof marks[0]; i++) {
-        size_t length = strlen(marks[i]);
-        if (size >= length && memcmp(first, marks[i], length) == 0) return true;
-    }
-    return false;
+    for (size_t i = 0; i < sizeof marks / sizeof marks[0]; i++)
+        if (begins(first, size, marks[i])) return true;
+    return size >= 12 && begins(first, size, "RIFF") && memcmp(first + 8, "WEBP", 4) == 0;
 }
 
 static snell_status unknown_content(const char *path, const uint8_t *first, size_t size) {
     source_place place = {path, 0, 0};
+    if (begins(first, size, "#?R"))
+        return error_set_at(SNELL_ERR_UNSUPPORTED, place,
+                            "'snell help environment' says how it lights a scene; 'snell convert' "
+                            "makes a .png of it",
+                            "this is a Radiance HDR picture, not a model or a scene");
     if (is_picture(first, size))
         return error_set_at(SNELL_ERR_UNSUPPORTED, place, "'snell info FILE' says how it was made",
                             "this is a picture, not a model or a scene");
