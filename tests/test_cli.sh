@@ -309,6 +309,11 @@ output_rule() {
     run 0 my.lua "${small[@]}" -o named.png
     run 5 my.lua -o missing/x.png
     says "missing"
+    cp my.lua other.lua
+    run 5 render my.lua other.lua -o 'missing/{name}.png'
+    [ "$(grep -c "the folder 'missing' cannot be used" err)" = 1 ] || fail "a missing folder is not said once"
+    run 5 my.lua --frames 1..9 -o 'missing/%d.png' --json
+    [ "$(grep -c "the folder 'missing' cannot be used" out)" = 1 ] || fail "a missing folder is not in JSON once"
     absent missing
     if [ "$(id -u)" != 0 ]; then
         mkdir closed

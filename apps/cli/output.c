@@ -373,6 +373,11 @@ int output_check_all(const options *o, const render_values *v, const bool *whole
     if (count > 1 && given != NULL && strstr(given, "{name}") == NULL) {
         return report_usage("such as -o '{name}.png'", "-o: one name for %zu pictures", count);
     }
+    const char *slash = given != NULL ? strrchr(given, '/') : NULL;
+    if (slash != NULL && strcspn(given, "{%") > (size_t)(slash - given)) {
+        code = output_check_folder(given); /* of all pictures: said once */
+        if (code != EXIT_DONE) return code;
+    }
     return check_unique(o, given != NULL ? given : "{name}.png", whole);
 }
 
