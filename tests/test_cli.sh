@@ -290,6 +290,8 @@ LUA
     run 2 - --frames 1..2 <spin.lua
     run 2 my.lua --frame 1
     says "has no frames"
+    run 2 my.lua --frames 1..50 # said once
+    [ "$(grep -c "has no frames" err)" = 1 ] || fail "a scene without frames is not said once"
 }
 
 output_rule() {

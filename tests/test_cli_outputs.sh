@@ -228,6 +228,7 @@ stopping() {
     local code=$?
     [ $code = 143 ] || fail "SIGTERM ends with $code"
     says "frames; they are in long.partial.apng"
+    grep -q failed err && fail "a frame that was stopped counts as failed"
     absent long.apng
     run 0 info long.partial.apng
     prints ", [0-9]+ frames?$"

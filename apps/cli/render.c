@@ -484,7 +484,7 @@ static int render_picture(run *r, const char *input, bool whole, bool movie, uin
     progress_part(r->pictures++, r->values->many_frames ? r->planned : 1);
     progress_begin(session_label(input));
     int code = run_job(&j, whole);
-    r->failed += code != EXIT_DONE;
+    r->failed += code != EXIT_DONE && signals_caught() == 0; /* one that was stopped did not fail */
     r->done.seconds += progress_seconds();
     if (j.rendered && !movie)
         say_done(&j);
@@ -507,6 +507,7 @@ static int render_frames(run *r, const char *input, bool whole, uint32_t *camera
         if (v->frame_first > 0) stage_set_frame(r->session, v, v->frame_first + i);
         code = render_picture(r, input, whole, movie, cameras);
         if (movie && code != EXIT_DONE) break; /* a film with a hole in it helps nobody */
+        if (code == EXIT_USAGE) break;         /* the next do not exist either */
     }
     int ended = movie ? end_movie(r, frames) : EXIT_DONE;
     r->failed += code == EXIT_DONE && ended != EXIT_DONE;
