@@ -919,7 +919,8 @@ static void what_is_wrong_in_obj_has_a_place(void **state) {
     refused("a.obj", "v 0 0 1e99\nf 1 1 1\n", 1, 7, "no finite number");
     refused("a.obj", "v 0 0\nf 1 1 1\n", 1, 6, "the line ends where a number should be");
     refused("a.obj", "\n\\\nv 0 0 1x\nf 1 1 1\n", 3, 7, "'1x' is no finite number");
-    refused("a.obj", SQUARE, 0, 0, "no surfaces");
+    refused("a.obj", SQUARE, 0, 0, "no surfaces, only vertices");
+    assert_string_equal(error_last()->hint, "the file may be cut off");
     refused("a.obj", SQUARE "l 1 2\n", 0, 0, "only points or lines");
 }
 

@@ -751,9 +751,14 @@ static snell_status warn_of_losses(obj *o) {
 
 static snell_status build(obj *o) {
     if (o->faces.index_count == 0)
-        return error_set_at(SNELL_ERR_SYNTAX, (source_place){o->path, 0, 0}, NULL,
+        return error_set_at(SNELL_ERR_SYNTAX, (source_place){o->path, 0, 0},
+                            o->has_lines      ? NULL
+                            : o->v_count != 0 ? "the file may be cut off"
+                                              : "it may be no OBJ file",
                             "the file has no surfaces%s",
-                            o->has_lines || o->v_count ? ", only points or lines" : "");
+                            o->has_lines      ? ", only points or lines"
+                            : o->v_count != 0 ? ", only vertices"
+                                              : "");
     if (!cut_polygons(o)) return error_no_memory();
     builder b = {.o = o, .grey = NO_MATERIAL};
     bounds3 box = bounds3_empty();
