@@ -95,6 +95,23 @@ formats() {
     done
 }
 
+transparency() {
+    for kind in ppm pfm; do
+        run 0 my.lua "${small[@]}" --background transparent -o clear.$kind
+        says "--background transparent: a .$kind file has no alpha, so black is behind"
+    done
+    run 0 render my.lua unlit.lua "${small[@]}" --background transparent -o '{name}.clear.ppm'
+    grep -c "no alpha" err | grep -qx 1 || fail "that a format has no alpha is not said once"
+    run 0 my.lua "${small[@]}" --background transparent -o - --format ppm
+    says "no alpha"
+    run 4 my.lua "${small[@]}" --background transparent -o strict.ppm --strict
+    run 0 my.lua "${small[@]}" --background transparent -o clear.png
+    run 0 anim.lua "${small[@]}" --background transparent --frames 1..2 -o clear.apng
+    grep -q "no alpha" err && fail "an .apng file has no alpha"
+    run 0 my.lua "${small[@]}" --background transparent -o clear.ppm --json
+    prints "no alpha"
+}
+
 looks() {
     for map in clip reinhard neutral aces agx; do
         run 0 my.lua "${small[@]}" -o $map.png --strip --tonemap $map
@@ -311,7 +328,7 @@ folders() {
     wrong "-o: one name for 3 pictures" "{name}.png" render models -o x.png
 }
 
-for test in formats looks animations stopping turntables cameras folders; do
+for test in formats transparency looks animations stopping turntables cameras folders; do
     mkdir -p "$work/$test"
     cp my.lua anim.lua unlit.lua tetra.gltf "$work/$test"
     cd "$work/$test" && { $test; cd "$work"; }

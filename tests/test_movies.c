@@ -582,6 +582,7 @@ static void formats_are_listed(void **state) {
         assert_true(f.extension[0] == '.' && f.help[0] && f.bits[0] > 0);
         movies += f.animation;
         streams += f.stream;
+        assert_int_equal(f.alpha, strstr(f.help, "with alpha") != NULL);
         for (uint32_t i = 0; i < count; i++) {
             snell_picture_format_info other = {.struct_size = sizeof other};
             assert_true(snell_picture_format(i, &other));

@@ -361,9 +361,15 @@ int output_check_all(const options *o, const render_values *v, const bool *whole
     int code = check_standard(o, v);
     if (code != EXIT_DONE) return code;
     snell_picture_format_info format;
-    if (given != NULL && strcmp(given, "-") != 0)
+    bool standard = given != NULL && strcmp(given, "-") == 0;
+    if (given != NULL && !standard)
         code = check_format("-o: ", output_extension(given), given, &format);
     if (code != EXIT_DONE) return code;
+    const char *word = standard ? o->value[OPT_FORMAT] : given ? output_extension(given) : NULL;
+    if (v->transparent && word != NULL && output_find_format(word, &format) && !format.alpha)
+        report_warning("write .png, .webp, .exr or .apng",
+                       "--background transparent: a %s file has no alpha, so black is behind",
+                       format.extension);
     const char *mark = given != NULL ? unknown_mark(given, v->all_cameras, &length) : NULL;
     if (mark != NULL) {
         return report_usage(v->all_cameras ? "{name} is the input's name, {camera} the camera's"

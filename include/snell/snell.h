@@ -753,6 +753,7 @@ typedef struct snell_picture_format_info {
     uint32_t side_max; /* pixels each way; 0: what a film can have */
     uint32_t bits[2];  /* of a channel: usually, and by choice, else 0 */
     bool chroma;       /* the animation has a choice of it */
+    bool alpha;        /* can be transparent; else what is lies over black */
 } snell_picture_format_info;
 SNELL_API bool snell_picture_format(uint32_t index, snell_picture_format_info *out);
 

@@ -182,7 +182,8 @@ bool snell_picture_format(uint32_t index, snell_picture_format_info *out) {
         .quality = kind->has_quality,
         .side_max = kind->side_max,
         .bits = {kind->bits, kind->bits_other},
-        .chroma = moving && moving->has_chroma};
+        .chroma = moving && moving->has_chroma,
+        .alpha = kind->has_alpha};
     return true;
 }
 

@@ -54,6 +54,7 @@ typedef struct image_codec {
     bool linear;               /* floats: neither exposed nor tone-mapped */
     bool has_layers;           /* can carry what a film has beside its light */
     bool has_quality;
+    bool has_alpha;            /* without, what is transparent lies over black */
     uint32_t side_max;         /* pixels each way; 0: what there can be */
     uint32_t bits, bits_other; /* of a channel: usually, and by choice; 0: no choice */
     /* NULL: this build cannot; `missing` then says what to do. Bits and quality are never 0. */

@@ -427,6 +427,7 @@ const image_codec image_codec_exr = {
     .extension = ".exr",
     .help = "floats, linear; with alpha and layers",
     .has_tag = true,
+    .has_alpha = true,
     .linear = true,
     .has_layers = true,
     .bits = 32,

@@ -172,6 +172,7 @@ const image_codec image_codec_png = {
     .extension = ".png",
     .help = "8 or 16 bits, sRGB, tone-mapped; with alpha",
     .has_tag = true,
+    .has_alpha = true,
     .bits = 8,
     .bits_other = 16,
     .encode = encode,

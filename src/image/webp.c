@@ -221,6 +221,7 @@ const image_codec image_codec_webp = {
     .extension = ".webp",
     .help = "8 bits, sRGB, tone-mapped; with alpha",
     .has_tag = true,
+    .has_alpha = true,
     .has_quality = true,
     .side_max = 16383,
     .bits = 8,
