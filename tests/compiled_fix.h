@@ -9,7 +9,13 @@
 #include "scene/compiled.h"
 
 /* The offsets of scene/compiled.h. */
-enum { COMPILED_ORDER = 8, COMPILED_VERSION = 12, COMPILED_SIZE = 16, COMPILED_SUM = 24, COMPILED_WRITER = 32 };
+enum {
+    COMPILED_ORDER = 8,
+    COMPILED_VERSION = 12,
+    COMPILED_SIZE = 16,
+    COMPILED_SUM = 24,
+    COMPILED_WRITER = 32
+};
 
 static inline void compiled_fix(uint8_t *file, size_t size) {
     if (size < COMPILED_HEADER_SIZE) return;

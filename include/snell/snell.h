@@ -849,10 +849,11 @@ typedef struct snell_explained_ray {
     double pdf;       /* density that its direction was drawn with, 1/sr; 0: there was no choice */
     double weight[3]; /* how much of what it finds its parent's surface sends on; a camera ray: 1 */
     double distance;  /* to its end, metres; INFINITY: it left; 0: it was not traced */
-    double transmittance[3]; /* Beer's law over that distance; where `path` drew a color at the hit's
+    double
+        transmittance[3];  /* Beer's law over that distance; where `path` drew a color at the hit's
                                 dispersion, times 3 for it and 0 for the others */
-    snell_vec3 throughput;   /* how much of what is found at its end reaches the sample */
-    double radiance[4]; /* what its tree adds to the sample: the sum of the contributions, and of
+    snell_vec3 throughput; /* how much of what is found at its end reaches the sample */
+    double radiance[4];    /* what its tree adds to the sample: the sum of the contributions, and of
                               coverage in [3] */
     /* Of HIT and PASSED: the surface. Material of type "": the grey of shapes without one. */
     snell_object_info shape, material;

@@ -74,8 +74,9 @@ typedef struct description {
     size_t message_count, message_capacity;
     char format[16]; /* "gltf", "lua", ...; "" without a file */
     bool is_model;   /* a model file rather than a scene: its picture is toned with `neutral` */
-    bool has_next_frame; /* what moves is known a frame beyond the shutter, as motion vectors need */
-    bool is_settled;     /* directions are as they were kept once: not to be normalised again */
+    bool
+        has_next_frame; /* what moves is known a frame beyond the shutter, as motion vectors need */
+    bool is_settled;    /* directions are as they were kept once: not to be normalised again */
 } description;
 
 typedef struct object_source {
