@@ -328,7 +328,38 @@ folders() {
     wrong "-o: one name for 3 pictures" "{name}.png" render models -o x.png
 }
 
-for test in formats transparency looks animations stopping turntables cameras folders; do
+# A ball of albedo a under light of radiance 1 from everywhere sends back a; so do the surroundings themselves.
+surroundings() {
+    printf '\0\0\200\77\0\0\200\77\0\0\200\77' >texels
+    for _ in 1 2 3 4 5 6 7 8 9 10 11; do cat texels texels >more && mv more texels; done
+    { printf 'PF\n64 32\n-1\n' && cat texels; } >white.pfm
+    run 0 unlit.lua "${small[@]}" --light white.pfm -o a.pfm
+    near 20 15 a.pfm 0.8 0.3 0.1
+    near 1 1 a.pfm 1 1 1
+    run 0 unlit.lua "${small[@]}" --light white.pfm --background '#000' -o b.pfm
+    near 20 15 b.pfm 0.8 0.3 0.1
+    near 1 1 b.pfm 0 0 0
+    run 0 unlit.lua "${small[@]}" --light white.pfm -o a.png
+    run 0 explain a.png 20 15
+    prints "pixel 20,15 of a.png"
+    printf '\0' | dd of=white.pfm bs=1 seek=23 conv=notrunc 2>err
+    run 3 explain a.png 20 15
+    says "changed"
+    wrong "--light: there is no light 'sun'" "sky.hdr" unlit.lua --light sun
+    run 5 unlit.lua "${small[@]}" --light no.hdr -o c.png
+    absent c.png
+    run 4 unlit.lua "${small[@]}" --light my.lua -o c.png
+    absent c.png
+}
+# near X Y FILE.pfm R G B: within 2 %
+near() {
+    pixel "$1" "$2" 40 30 "$3" | awk -v r="$4" -v g="$5" -v b="$6" '
+        function off(x, y) { return x > y ? x - y : y - x }
+        { exit !(off($1, r) <= 0.02 && off($2, g) <= 0.02 && off($3, b) <= 0.02) }' ||
+        fail "$3 at $1,$2: $(pixel "$1" "$2" 40 30 "$3"), not $4 $5 $6"
+}
+
+for test in formats transparency looks animations stopping turntables cameras folders surroundings; do
     mkdir -p "$work/$test"
     cp my.lua anim.lua unlit.lua tetra.gltf "$work/$test"
     cd "$work/$test" && { $test; cd "$work"; }

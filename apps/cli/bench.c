@@ -77,6 +77,7 @@ static int make_round(bench *b, session *s, const example_scene *example) {
     *round = (bench_round){.stats = {.struct_size = sizeof round->stats}};
     b->scene.struct_size = sizeof b->scene;
     int code = load(s, example, b->label, &at.scene);
+    if (code == EXIT_DONE) code = stage_add_light(&at);
     end_phase(&t, BENCH_LOAD);
     if (code == EXIT_DONE) code = stage_prepare(&at);
     if (code == EXIT_DONE) code = stage_status(&at, snell_film_create(s->context, &film));

@@ -300,11 +300,10 @@ static int explain_stage(explained *e) {
 
 /* `from`: where it is not NULL, the scene is to be the one that the picture was made of. */
 static int load_made(stage *s, const source *from, const char *picture) {
-    int code = session_load(s->session, s->input, &s->scene);
-    if (code != EXIT_DONE || from == NULL) return code;
-    code = stage_status(s, snell_scene_hash(s->scene, &s->hash));
-    return code == EXIT_DONE ? check_hash(from->tag, picture, session_label(s->input), s->hash)
-                             : code;
+    int code = stage_load(s, from != NULL);
+    return code == EXIT_DONE && from != NULL
+               ? check_hash(from->tag, picture, session_label(s->input), s->hash)
+               : code;
 }
 
 static int explain_scene(explained *e, const source *from, const char *scene) {

@@ -181,10 +181,8 @@ static int prepare(job *j) {
         r->kept.scene = NULL;
         return stage_look_again(s);
     }
-    int code = session_load(s->session, s->input, &s->scene);
+    int code = stage_load(s, s->options->value[OPT_STRIP] == NULL);
     j->load = progress_seconds();
-    if (code == EXIT_DONE && s->options->value[OPT_STRIP] == NULL)
-        code = stage_status(s, snell_scene_hash(s->scene, &s->hash));
     return code == EXIT_DONE ? stage_prepare(s) : code;
 }
 

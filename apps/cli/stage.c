@@ -1,8 +1,11 @@
 #include "stage.h"
 
 #include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "picture.h"
 #include "progress.h"
 #include "report.h"
 #include "text.h"
@@ -275,13 +278,63 @@ static int commit(stage *s) {
     return stage_status(s, snell_scene_commit(s->scene, progress_report, NULL));
 }
 
+/* As texels: surroundings have no alpha, and a broken pixel gives no light. */
+static float *surroundings(const snell_film *film, snell_image_texture_desc *image) {
+    uint32_t width, height, channels;
+    const float *pixels = snell_film_pixels(film, &width, &height, &channels);
+    size_t count = (size_t)width * height;
+    float *texels = malloc(count * 4 * sizeof *texels);
+    for (size_t i = 0; texels != NULL && i < count; i++) {
+        for (size_t k = 0; k < 3; k++) {
+            float x = pixels[i * channels + k];
+            texels[4 * i + k] = x > 0 && isfinite(x) ? x : 0;
+        }
+        texels[4 * i + 3] = 1;
+    }
+    image->width = (int32_t)width;
+    image->height = (int32_t)height;
+    image->format = SNELL_IMAGE_TEXTURE_FORMAT_RGBA32F;
+    image->pixels = texels;
+    image->pixels_count = count * 4 * sizeof *texels;
+    return texels;
+}
+
+/* --light IMAGE: all around, and seen unless there is a background by value. */
+int stage_add_light(stage *s) {
+    if (s->values->light_image == NULL) return EXIT_DONE;
+    picture_file picture;
+    snell_image_texture_desc image = SNELL_INIT(image_texture_desc);
+    snell_environment_light_desc light = SNELL_INIT(environment_light_desc);
+    snell_light_id id;
+    int code = picture_open(s->session, s->values->light_image, &picture);
+    if (code != EXIT_DONE) return code;
+    float *texels = surroundings(picture.film, &image);
+    if (texels == NULL) code = report_error(EXIT_MEMORY, NULL, "out of memory");
+    if (code == EXIT_DONE)
+        code = stage_status(
+            s, snell_scene_add_image_texture(s->scene, &image, &light.radiance.texture));
+    light.visible = !s->values->has_background;
+    if (code == EXIT_DONE)
+        code = stage_status(s, snell_scene_add_environment_light(s->scene, &light, &id));
+    free(texels);
+    picture_close(&picture);
+    return code;
+}
+
+int stage_load(stage *s, bool hashed) {
+    int code = session_load(s->session, s->input, &s->scene);
+    if (code == EXIT_DONE) code = stage_add_light(s);
+    if (code == EXIT_DONE && hashed) code = stage_status(s, snell_scene_hash(s->scene, &s->hash));
+    return code;
+}
+
 /* The ground comes after the framing: it is larger than what stands on it. The background comes
  * after the studio, which takes one for a sign that the scene is lit. */
 static int dress(stage *s) {
     const render_values *v = s->values;
     snell_instance_id id;
     int code = s->camera_count == 0 ? add_camera(s) : EXIT_DONE;
-    if (code == EXIT_DONE && !v->light_none) {
+    if (code == EXIT_DONE && !v->light_none && v->light_image == NULL) {
         bool given = v->has_view || (v->turntable > 0 && s->camera_count == 0);
         const float *from = given ? stage_direction(s) : NULL;
         code = stage_status(s, snell_scene_add_studio(s->scene, from, &s->studio));

@@ -26,6 +26,10 @@ typedef struct stage {
     char camera[128];    /* its name, with --camera all */
 } stage;
 
+/* Reads the input into s->scene, and the surroundings that are to light it. */
+int stage_load(stage *s, bool hashed);
+/* Only the latter, for who loads it otherwise. */
+int stage_add_light(stage *s);
 /* Dresses and commits s->scene, and fills s->desc. Exit code. */
 int stage_prepare(stage *s);
 /* The same scene, prepared before, for the session's next camera or turn: only the view and the studio's lights change. */

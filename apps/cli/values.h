@@ -29,6 +29,7 @@ typedef struct render_values {
     bool has_ground;
     snell_vec3 ground;
     bool light_none;
+    const char *light_image;     /* NULL: none */
     snell_integrator integrator; /* 0: not given */
     uint32_t samples;            /* 0: not given */
     float noise;                 /* 0: not given */
