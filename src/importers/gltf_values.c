@@ -126,6 +126,8 @@ static snell_status check_attribute(values *v, const char *name, size_t accessor
     float *numbers = NULL;
     if (kind == FAULT_KINDS || !wants(v, accessor, kind)) return SNELL_OK;
     size_t count = gltf_accessor_count(v->g, accessor);
+    if (kind == NORMALS || (kind == COLORS && width != 4)) width = 3;
+    if (kind == TANGENTS) width = 4; /* of another width, it is not read */
     snell_status status = gltf_accessor_floats(v->g, accessor, (unsigned)width, where, &numbers);
     for (size_t i = 0; !status && i < count; i++)
         check_vector(v, kind, where, numbers + i * width, width);
