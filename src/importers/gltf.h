@@ -23,6 +23,17 @@
 #include "importers/names.h"
 
 enum { JSON_PATH_SIZE = 200 };
+/* OpenGL's numbers: component types of accessors; targets of buffer views. */
+enum {
+    GL_BYTE = 5120,
+    GL_UBYTE,
+    GL_SHORT,
+    GL_USHORT,
+    GL_UINT = 5125,
+    GL_FLOAT,
+    GL_VERTICES = 34962,
+    GL_INDICES
+};
 
 typedef struct byte_block {
     const uint8_t *data;

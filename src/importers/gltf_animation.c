@@ -47,7 +47,7 @@ static snell_status check_sampler(gltf *g, const json_t *sampler, const char *wh
                           "interpolation: '%.40s' is not one of STEP|LINEAR|CUBICSPLINE",
                           json_text(sampler, "interpolation"));
     if (strcmp(json_text(times, "type"), "SCALAR") != 0 ||
-        json_index(times, "componentType", 0) != 5126)
+        json_index(times, "componentType", 0) != GL_FLOAT)
         return gltf_error(g, SNELL_ERR_SYNTAX, where,
                           "input: accessors[%zu] must hold one float per key", input);
     if (!json_at(times, "min") || !json_at(times, "max"))

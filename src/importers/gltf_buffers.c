@@ -12,17 +12,6 @@
 
 /* ---- what the JSON says about an accessor ---- */
 
-enum {
-    GL_BYTE = 5120,
-    GL_UBYTE,
-    GL_SHORT,
-    GL_USHORT,
-    GL_UINT = 5125,
-    GL_FLOAT,
-    GL_VERTICES = 34962,
-    GL_INDICES
-};
-
 static unsigned component_size(size_t type) {
     switch (type) {
     case GL_BYTE:

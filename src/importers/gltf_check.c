@@ -51,7 +51,8 @@ static snell_status check_attributes(gltf *g, const json_t *map, const char *whe
         else if (s && strcmp(type, s->types[0]) != 0 && strcmp(type, s->types[1]) != 0)
             status = gltf_error(g, SNELL_ERR_SYNTAX, path, "accessors[%zu] must not be %s",
                                 accessor, type);
-        if (!status && json_index(json_item(g, "accessors", accessor), "componentType", 0) == 5125)
+        if (!status &&
+            json_index(json_item(g, "accessors", accessor), "componentType", 0) == GL_UINT)
             status =
                 gltf_warn(g, "%s: accessors[%zu] has whole numbers of 32 bits", path, accessor);
         if (*count == SIZE_MAX) *count = elements;
@@ -69,7 +70,8 @@ static snell_status check_indices(gltf *g, const json_t *primitive, const char *
     const json_t *a = json_item(g, "accessors", accessor);
     size_t type = json_index(a, "componentType", 0);
     bool fits = strcmp(json_text(a, "type"), "SCALAR") == 0 &&
-                (type == 5121 || type == 5123 || type == 5125) && !json_flag(a, "normalized");
+                (type == GL_UBYTE || type == GL_USHORT || type == GL_UINT) &&
+                !json_flag(a, "normalized");
     if (fits) return SNELL_OK;
     return gltf_error(g, SNELL_ERR_SYNTAX, where, "indices: accessors[%zu] holds no indices",
                       accessor);

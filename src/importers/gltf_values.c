@@ -69,7 +69,7 @@ static void check_bound(values *v, size_t index, const char *bound, const float 
 static snell_status check_accessor(values *v, size_t index) {
     enum { COMPONENTS_MAX = 16 };
     const json_t *accessor = json_item(v->g, "accessors", index);
-    bool is_float = json_index(accessor, "componentType", 0) == 5126;
+    bool is_float = json_index(accessor, "componentType", 0) == GL_FLOAT;
     float *numbers = NULL, least[COMPONENTS_MAX], most[COMPONENTS_MAX];
     if (!is_float && !json_at(accessor, "min") && !json_at(accessor, "max")) return SNELL_OK;
     if (!wants(v, index, BOUNDS)) return SNELL_OK;
@@ -118,7 +118,6 @@ static void check_vector(values *v, int kind, const char *where, const float *at
 
 static snell_status check_attribute(values *v, const char *name, size_t accessor,
                                     const char *where) {
-    size_t width = gltf_accessor_components(v->g, accessor);
     int kind = strncmp(name, "COLOR_", 6) == 0 ? COLORS
                : strcmp(name, "NORMAL") == 0   ? NORMALS
                : strcmp(name, "TANGENT") == 0  ? TANGENTS
@@ -126,9 +125,10 @@ static snell_status check_attribute(values *v, const char *name, size_t accessor
     float *numbers = NULL;
     if (kind == FAULT_KINDS || !wants(v, accessor, kind)) return SNELL_OK;
     size_t count = gltf_accessor_count(v->g, accessor);
-    if (kind == NORMALS || (kind == COLORS && width != 4)) width = 3;
-    if (kind == TANGENTS) width = 4; /* of another width, it is not read */
-    snell_status status = gltf_accessor_floats(v->g, accessor, (unsigned)width, where, &numbers);
+    bool four =
+        kind == TANGENTS || (kind == COLORS && gltf_accessor_components(v->g, accessor) == 4);
+    unsigned width = four ? 4 : 3; /* an accessor of another is an error */
+    snell_status status = gltf_accessor_floats(v->g, accessor, width, where, &numbers);
     for (size_t i = 0; !status && i < count; i++)
         check_vector(v, kind, where, numbers + i * width, width);
     free(numbers);
@@ -157,9 +157,9 @@ static snell_status check_indices(values *v, const json_t *primitive, const char
     if (status) return status;
     size_t type = json_index(json_item(v->g, "accessors", accessor), "componentType", 0),
            vertices = gltf_accessor_count(v->g, position);
-    uint32_t largest = v->largest[accessor], restart = type == 5121   ? UINT8_MAX
-                                                       : type == 5123 ? UINT16_MAX
-                                                                      : UINT32_MAX;
+    uint32_t largest = v->largest[accessor], restart = type == GL_UBYTE    ? UINT8_MAX
+                                                       : type == GL_USHORT ? UINT16_MAX
+                                                                           : UINT32_MAX;
     if (largest == restart)
         return gltf_error(v->g, SNELL_ERR_SYNTAX, path,
                           "%u would restart a primitive, which glTF has not", largest);
