@@ -201,8 +201,7 @@ static snell_status add_studio(snell_scene *s, const float view[2], const char *
     if (!status && wants_light) status = studio_lights(s, &made);
     if (!status && wants_light) s->studio = made;
     if (!status && wants_background)
-        status = snell_scene_set_background_gradient(s, (vec3){0.20f, 0.21f, 0.23f},
-                                                     (vec3){0.8f, 0.82f, 0.85f});
+        status = snell_scene_set_background_gradient(s, STUDIO_BOTTOM, STUDIO_TOP);
     if (!status && added) *added = texts[camera_added + 2 * wants_light + 4 * wants_background];
     return status;
 }

@@ -63,9 +63,14 @@ static void put_model_background(lua_export *e) {
     for (size_t i = 0; i < materials->count; i++)
         shines |= material_emits((const material_type *)materials->items[i].type,
                                  materials->items[i].desc);
-    if (lit && !background)
-        put(e,
-            "background { color = {0.2, 0.21, 0.23}, top = {0.8, 0.82, 0.85} } -- of the studio\n");
+    if (lit && !background) {
+        const snell_vec3 colors[2] = {STUDIO_BOTTOM, STUDIO_TOP};
+        put(e, "background { color = ");
+        put_floats(e, &colors[0].x, 3);
+        put(e, ", top = ");
+        put_floats(e, &colors[1].x, 3);
+        put(e, " } -- of the studio\n");
+    }
     if (!lit && (shines || background))
         e->status =
             error_set(SNELL_ERR_UNSUPPORTED,

@@ -4,6 +4,10 @@
 
 #include "base/field.h"
 
+/* The gradient that the studio puts around what has no background: looking down, and up. */
+#define STUDIO_BOTTOM ((snell_vec3){0.20f, 0.21f, 0.23f})
+#define STUDIO_TOP ((snell_vec3){0.8f, 0.82f, 0.85f})
+
 /* "default", and the names of image/tonemap.h's registry. */
 #define TONEMAP_CHOICES "default|clip|reinhard|neutral|aces|agx"
 
