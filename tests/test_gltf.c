@@ -595,6 +595,15 @@ static void each_texture_has_its_own_set(void **state) {
     near(m->tangents[1], 1);
     near(m->tangents[3], -1);
     assert_false(has_message(d, "sets of texture coordinates"));
+    const object *coat = named(d, CATEGORY_MATERIAL, "varnished");
+    snell_texture_id normals = *(const snell_texture_id *)field_of(coat, "clearcoat_normal_map");
+    assert_string_equal(map_of(d, normals), "uv2");
+    const object *map = &d->objects[CATEGORY_TEXTURE].items[normals.index1 - 1];
+    near3(*(const snell_vec3 *)field_of(map, "uv_scale"), 2, 4, 0);
+    near(input_of(coat, "clearcoat_normal_scale").value.x, 0.5);
+    assert_int_equal(((const snell_texture_id *)field_of(coat, "normal_map"))->index1, 0);
+    assert_int_equal(mesh_at(d, 1)->tangents_count, 16);
+    assert_false(has_message(d, "clearcoat"));
     description_destroy(d);
 }
 

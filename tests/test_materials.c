@@ -2,7 +2,8 @@
  * defaults, at both ends of what makes it rough, and in the further settings listed below.
  *
  * Chi-square of the directions drawn against their density; the density's integral; energy;
- * reciprocity; white furnaces; numbers that are finite whatever the angle. */
+ * reciprocity; white furnaces; numbers that are finite whatever the angle; coats with normals of their
+ * own. */
 #include <math.h>
 #include <string.h>
 
@@ -19,6 +20,7 @@ static const dvec3 UP = {0, 0, 1};
 typedef struct variant {
     material m;
     void *desc;
+    double tilt, lean; /* rad: of the coat's normal from UP, of the geometric one; both 0: UP */
     char label[160];
 } variant;
 
@@ -147,6 +149,39 @@ static const setting settings[] = {
     {"cook_torrance", {NUMBER("color", 0), NUMBER("m", 0.5), NUMBER("specular", 1)}},
 };
 
+/* Coats over a surface that is bent (tilt = lean), that are bent themselves, or both are. */
+static const struct {
+    setting as;
+    double tilt, lean;
+} coated[] = {
+    {{"principled",
+      {NUMBER("clearcoat", 1), NUMBER("clearcoat_roughness", 0.5), NUMBER("base_color", 1)}},
+     0.6,
+     0.6},
+    {{"principled",
+      {NUMBER("clearcoat", 1), NUMBER("clearcoat_roughness", 0.7), NUMBER("base_color", 1),
+       NUMBER("metallic", 1), NUMBER("roughness", 0.6)}},
+     0.9,
+     0},
+    {{"principled",
+      {NUMBER("clearcoat", 0.5), NUMBER("clearcoat_roughness", 0), NUMBER("base_color", 1),
+       NUMBER("sheen_color", 1), NUMBER("sheen_roughness", 0.5)}},
+     0.4,
+     0.2},
+    {{"principled",
+      {NUMBER("clearcoat", 1), NUMBER("clearcoat_roughness", 0.5), NUMBER("base_color", 1),
+       NUMBER("transmission", 0.7), NUMBER("roughness", 0.5), NUMBER("thickness", 1)}},
+     0.5,
+     0.5},
+};
+
+static variant *add_setting(const setting *s) {
+    size_t count = 0;
+    while (count < PARAMS && s->params[count].name) count++;
+    add_variant(find_type(s->type), s->params, count);
+    return &variants[variant_count - 1];
+}
+
 static int start(void **state) {
     (void)state;
     parts[0] = make(find_type("lambert"), NULL, 0);
@@ -156,10 +191,11 @@ static int start(void **state) {
         add_variant(material_types[i], NULL, 0);
         add_sweeps(material_types[i]);
     }
-    for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) {
-        size_t count = 0;
-        while (count < PARAMS && settings[i].params[count].name) count++;
-        add_variant(find_type(settings[i].type), settings[i].params, count);
+    for (size_t i = 0; i < sizeof settings / sizeof settings[0]; i++) add_setting(&settings[i]);
+    for (size_t i = 0; i < sizeof coated / sizeof coated[0]; i++) {
+        variant *v = add_setting(&coated[i].as);
+        v->tilt = coated[i].tilt, v->lean = coated[i].lean;
+        snprintf(v->label, sizeof v->label, "coat %zu", i);
     }
     return 0;
 }
@@ -174,16 +210,20 @@ static int stop(void **state) {
 
 /* ---- looking at one ---- */
 
-static bsdf look_at(const material *m, bool outside) {
-    bsdf b;
-    material_point point = {.tint = {1, 1, 1}, .alpha = 1, .outside = outside, .materials = parts};
-    material_evaluate(m, &point, &b);
-    return b;
-}
-
 static dvec3 direction(double cosine, double angle) {
     double sine = sqrt(double_max(0, 1 - cosine * cosine));
     return (dvec3){sine * cos(angle), sine * sin(angle), cosine};
+}
+
+static bsdf look_at(const variant *v, bool outside) {
+    bsdf b;
+    material_point point = {.tint = {1, 1, 1}, .alpha = 1, .outside = outside, .materials = parts};
+    /* Less than a right angle from every wo of the tests below. */
+    if (v->tilt > 0)
+        point.coat =
+            (coat_normal){true, direction(cos(v->tilt), 1.2), direction(cos(v->lean), 1.2)};
+    material_evaluate(&v->m, &point, &b);
+    return b;
 }
 
 static bool draw(const bsdf *b, dvec3 wo, uint64_t *state, bsdf_direction *out) {
@@ -222,9 +262,9 @@ static rings make_rings(const bsdf *b, dvec3 wo, bool beyond) {
     bool thin = true;
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
-        if (beyond && !l->type->transmits) continue;
+        if (beyond && !l->type->transmits && !l->tilted) continue;
         r.width = double_min(r.width, lobe_width(l));
-        thin &= l->type->thin;
+        thin &= l->type->thin || l->tilted;
     }
     r.peak = beyond ? dvec3_negate(wo) : reflect_direction(wo, UP);
     if (beyond && !thin) { /* the nearer the indices, the nearer to a delta: they are kept apart */
@@ -278,6 +318,9 @@ static bool any_transmits(const bsdf *b) {
     return false;
 }
 
+/* Whether a wi may be below UP. */
+static bool any_below(const bsdf *b) { return any_transmits(b) || b->coat.own; }
+
 /* Draws; what is lost are deltas and samples that find nothing. */
 static double count_directions(const variant *v, const bsdf *b, const rings *sides, dvec3 wo,
                                int samples, double *counted) {
@@ -290,14 +333,14 @@ static double count_directions(const variant *v, const bsdf *b, const rings *sid
             continue;
         }
         if (!(bsdf_pdf(b, UP, wo, d.wi) > 0)) fail_msg("%s: drawn against all odds", v->label);
-        assert_true(d.wi.z > 0 || any_transmits(b));
+        assert_true(d.wi.z > 0 || any_below(b));
         counted[(d.wi.z < 0) * CELLS + cell_of(&sides[d.wi.z < 0], d.wi)]++;
     }
     return lost;
 }
 
 static void check_distribution(const variant *v, bool outside, double cos_o, double level) {
-    bsdf b = look_at(&v->m, outside);
+    bsdf b = look_at(v, outside);
     if (b.lobe_count == 0) return;
     int samples = full_tests() ? 1000000 : 60000;
     dvec3 wo = direction(cos_o, 0.7);
@@ -307,7 +350,7 @@ static void check_distribution(const variant *v, bool outside, double cos_o, dou
     const rings sides[SIDES] = {make_rings(&b, wo, false), make_rings(&b, wo, true)};
     double lost = count_directions(v, &b, sides, wo, samples, counted);
     if (lost == samples) return; /* nothing but deltas */
-    for (int i = 0; i < 1 + any_transmits(&b); i++)
+    for (int i = 0; i < 1 + any_below(&b); i++)
         expected_counts(&b, &sides[i], wo, samples, expected + i * CELLS);
     double total = 0, statistic = 0, few_expected = 0, few_counted = lost;
     int degrees = 0;
@@ -378,7 +421,7 @@ static void nothing_gains(void **state) {
         const variant *v = &variants[i];
         if (v->m.type->may_gain) continue;
         for (int k = 0; k < 10; k++) {
-            bsdf b = look_at(&v->m, k < 5);
+            bsdf b = look_at(v, k < 5);
             double error, cosine = cosines[k % 5];
             double most = dvec3_largest(albedo(&b, direction(cosine, 0.3), 20000, &error));
             if (most > 1.01 + error) fail_msg("%s at %g: albedo %g", v->label, cosine, most);
@@ -414,11 +457,11 @@ static void furnaces_stay_white(void **state) {
             /* Rough glass has single scattering only. */
             if (type->inside && strcmp(type->info.name, "dielectric") == 0 && roughness > 0.1)
                 continue;
-            material m = make(type, params, count);
-            bsdf b = look_at(&m, true);
+            variant made = {.m = make(type, params, count)};
+            bsdf b = look_at(&made, true);
             double error;
             dvec3 sum = albedo(&b, direction(cosine, 1), 100000, &error);
-            desc_free(&type->info, (void *)m.desc);
+            desc_free(&type->info, (void *)made.m.desc);
             if (fabs(sum.x - 1) > 0.012 + error)
                 fail_msg("%s %zu, roughness %g at %g: %g", type->info.name, i, roughness, cosine,
                          sum.x);
@@ -427,6 +470,24 @@ static void furnaces_stay_white(void **state) {
 
 /* ---- reciprocity ---- */
 
+/* bsdf_evaluate, but the coat's part with the cosine that belongs to it left out. */
+static dvec3 evaluate_by_lobe(const bsdf *b, dvec3 wo, dvec3 wi) {
+    bsdf coat = *b, base = *b;
+    coat.lobe_count = base.lobe_count = 0;
+    for (int i = 0; i < b->lobe_count; i++) {
+        bsdf *part = b->lobes[i].tilted ? &coat : &base;
+        part->lobes[part->lobe_count++] = b->lobes[i];
+    }
+    dvec3 f = bsdf_evaluate(&base, LOBES_LIT, UP, wo, wi);
+    if (coat.lobe_count == 0) return f;
+    return dvec3_add(f, dvec3_scale(bsdf_evaluate(&coat, LOBES_LIT, UP, wo, wi),
+                                    fabs(wi.z) / dvec3_dot(b->coat.n, wi)));
+}
+
+static bool is_over_coat(const bsdf *b, dvec3 d) {
+    return !b->coat.own || (dvec3_dot(b->coat.n, d) > 0 && dvec3_dot(b->coat.side, d) > 0);
+}
+
 /* f(wo, wi) / ior_i^2 = f(wi, wo) / ior_o^2: through a surface no radiance is scaled (see
  * rough_interface.c). */
 static void both_ways_are_the_same(void **state) {
@@ -434,16 +495,17 @@ static void both_ways_are_the_same(void **state) {
     uint64_t random = 3;
     for (int i = 0; i < variant_count; i++) {
         const variant *v = &variants[i];
-        bsdf out = look_at(&v->m, true), in = look_at(&v->m, false);
+        bsdf out = look_at(v, true), in = look_at(v, false);
         /* Varnish is on the outside only. */
         bool through = out.coat_count == 0;
         for (int k = 0; k < 300; k++) {
             dvec3 a = direction(uniform(&random), 6.3 * uniform(&random)),
                   b = direction(2 * uniform(&random) - 1, 6.3 * uniform(&random));
             if (b.z < 0 && !through) continue;
-            dvec3 there = bsdf_evaluate(&out, LOBES_LIT, UP, a, b), back;
+            if (!is_over_coat(&out, a) || !is_over_coat(&out, b)) continue;
+            dvec3 there = evaluate_by_lobe(&out, a, b), back;
             if (b.z > 0)
-                back = bsdf_evaluate(&out, LOBES_LIT, UP, b, a);
+                back = evaluate_by_lobe(&out, b, a);
             else
                 back = dvec3_scale(bsdf_evaluate(&in, LOBES_LIT, dvec3_negate(UP), b, a),
                                    out.ior2 * out.ior2 / (out.ior1 * out.ior1));
@@ -462,7 +524,7 @@ static void even_is_even(void **state) {
     uint64_t random = 5;
     int even = 0;
     for (int i = 0; i < variant_count; i++) {
-        bsdf b = look_at(&variants[i].m, true);
+        bsdf b = look_at(&variants[i], true);
         dvec3 f, at;
         if (!bsdf_is_even(&b, LOBES_LIT, &f)) continue;
         even++;
@@ -478,6 +540,36 @@ static void even_is_even(void **state) {
     assert_true(even > 1 && even < variant_count);
 }
 
+/* ---- coats with normals of their own ---- */
+
+/* Light that comes from under the geometric surface finds nothing. The coat is lit by what is under its
+ * base, and its base by nothing that is under its own normal. */
+static void each_layer_has_its_own_side(void **state) {
+    (void)state;
+    uint64_t random = 11;
+    int coat_alone = 0;
+    for (int i = 0; i < variant_count; i++) {
+        bsdf b = look_at(&variants[i], true);
+        if (!b.coat.own || any_transmits(&b)) continue;
+        bool rough = false;
+        for (int k = 0; k < b.lobe_count; k++)
+            rough |= b.lobes[k].tilted && b.lobes[k].type->evaluate;
+        for (int k = 0; k < 4000; k++) {
+            dvec3 wo = direction(uniform(&random), 1.2);
+            dvec3 wi = direction(2 * uniform(&random) - 1, 6.3 * uniform(&random));
+            double f = dvec3_largest(bsdf_evaluate(&b, LOBES_LIT, UP, wo, wi));
+            bool above = dvec3_dot(b.coat.side, wi) > 0, over_coat = dvec3_dot(b.coat.n, wi) > 0;
+            bool on_coat = rough && above && over_coat, on_base = above && wi.z > 0;
+            if ((on_coat || (on_base && over_coat)) && !(f > 0))
+                fail_msg("%s: dark at (%g %g %g)", variants[i].label, wi.x, wi.y, wi.z);
+            if (!on_coat && !on_base && f != 0)
+                fail_msg("%s: %g at (%g %g %g)", variants[i].label, f, wi.x, wi.y, wi.z);
+            coat_alone += on_coat && !on_base;
+        }
+    }
+    assert_true(coat_alone > 100);
+}
+
 /* ---- edges ---- */
 
 static void numbers_stay_finite(void **state) {
@@ -486,7 +578,7 @@ static void numbers_stay_finite(void **state) {
     static const double us[] = {0, 1e-300, 0.5, 1 - 0x1p-53};
     for (int i = 0; i < variant_count; i++)
         for (int o = 0; o < 14; o++) {
-            bsdf b = look_at(&variants[i].m, o < 7);
+            bsdf b = look_at(&variants[i], o < 7);
             dvec3 wo = direction(cosines[o % 7], 0);
             for (int k = 0; k < 56; k++) {
                 dvec3 wi = direction(cosines[k % 7] * (k % 2 ? -1 : 1), k / 14 * PI / 3);
@@ -535,6 +627,7 @@ int main(void) {
         cmocka_unit_test(numbers_stay_finite),
         cmocka_unit_test(both_ways_are_the_same),
         cmocka_unit_test(even_is_even),
+        cmocka_unit_test(each_layer_has_its_own_side),
         cmocka_unit_test(nothing_gains),
         cmocka_unit_test(furnaces_stay_white),
         cmocka_unit_test(tables_are_the_integrals),

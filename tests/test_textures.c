@@ -509,7 +509,7 @@ static void differentials_follow_the_neighbours(void **state) {
         if (eta > 0)
             differential_of_interface(&parent, &p, eta, &child);
         else
-            differential_of_mirror(&parent, &p, &child);
+            differential_of_mirror(&parent, &p, p.ns, &child);
         assert_true(child.has_differential);
         dvec3 dx = dvec3_sub(bounced(&px, eta), bounced(&p, eta)),
               dy = dvec3_sub(bounced(&py, eta), bounced(&p, eta));
@@ -534,7 +534,7 @@ static void a_flat_mirror_changes_no_footprint(void **state) {
     shade_point p = hit_of(s, &r, &parent.differential, &h);
     path_ray child = {.depth = 0};
     scene_spawn_ray(&p, bounced(&p, 0), INFINITY, &child.ray);
-    differential_of_mirror(&parent, &p, &child);
+    differential_of_mirror(&parent, &p, p.ns, &child);
     shade_point seen = hit_of(s, &child.ray, &child.differential, &h);
     ray direct = towards(behind, (dvec3){0, -1, .3});
     ray dx = towards(behind, (dvec3){.01, -1, .3}), dy = towards(behind, (dvec3){0, -1, .31});
@@ -685,6 +685,108 @@ static void a_normal_map_leans_as_it_says(void **state) {
     desc.normal_map = add_normals(255, 128, 0);
     dvec3 n = bent_normal(&desc, false);
     assert_true(n.z > 0 && n.x > 0.9);
+}
+
+/* ---- a coat over them ---- */
+
+static shade_point bent_point(const snell_principled_desc *desc, bool back) {
+    snell_material_id id;
+    MUST(snell_scene_add_principled(bench.scene, desc, &id));
+    add_quad(&bench, v3(-1, -1, 0), v3(2, 0, 0), v3(0, 2, 0), id);
+    commit();
+    ray r = towards((dvec3){0.1, 0.2, back ? -3 : 3}, (dvec3){0.1, 0.2, 0});
+    hit h;
+    shade_point p = hit_of(bench.scene->frozen, &r, NULL, &h);
+    assert_true(p.material->bends);
+    scene_bend_normal(bench.scene->frozen, &p);
+    return p;
+}
+
+/* What bends the base leaves the coat as it is, and the other way about; bump is the base's. */
+static void a_coat_has_its_own_normal(void **state) {
+    (void)state;
+    for (int back = 0; back < 2; back++) {
+        snell_principled_desc desc = SNELL_INIT(principled_desc);
+        double sign = back ? -1 : 1;
+        rig_clear(&bench);
+        desc.normal_map = add_normals(128 + 64, 128, 128 + 64);
+        shade_point p = bent_point(&desc, back);
+        assert_false(p.at.coat.own); /* no coat */
+        desc.clearcoat = flat(grey(1));
+        rig_clear(&bench);
+        desc.normal_map = add_normals(128 + 64, 128, 128 + 64);
+        p = bent_point(&desc, back);
+        assert_true(p.at.coat.own);
+        ASSERT_CLOSE(p.ns.x / p.ns.z, 1, 2e-2, 0);
+        ASSERT_CLOSE(p.at.coat.n.z, sign, 1e-12, 0);
+        ASSERT_CLOSE(p.at.coat.side.z, sign, 1e-12, 0);
+        rig_clear(&bench);
+        desc.normal_map = (snell_texture_id){0, 0};
+        desc.clearcoat_normal_map = add_normals(128, 128 + 64, 128 + 64);
+        desc.clearcoat_normal_scale = flat(grey(0.5));
+        p = bent_point(&desc, back);
+        ASSERT_CLOSE(p.ns.z, sign, 1e-12, 0);
+        ASSERT_CLOSE(p.at.coat.n.y / p.at.coat.n.z, 0.5, 2e-2, 0);
+        ASSERT_CLOSE(p.at.coat.n.x, 0, 0, 1e-12);
+        rig_clear(&bench); /* below the surface: kept above it */
+        desc.clearcoat_normal_map = add_normals(255, 128, 0);
+        desc.clearcoat_normal_scale = flat(grey(1));
+        p = bent_point(&desc, back);
+        assert_true(p.at.coat.n.z * sign > 0 && fabs(p.at.coat.n.x) > 0.9);
+    }
+}
+
+/* One part of a mix is coated: its coat does not bend with the mix. */
+static void a_coat_in_a_mix_stays_smooth(void **state) {
+    (void)state;
+    snell_principled_desc coated = SNELL_INIT(principled_desc);
+    snell_mix_desc mix = SNELL_INIT(mix_desc);
+    snell_material_id id;
+    coated.clearcoat = flat(grey(1));
+    MUST(snell_scene_add_principled(bench.scene, &coated, &mix.a));
+    mix.b = add_lambert(&bench, grey(0.5));
+    mix.normal_map = add_normals(128 + 64, 128, 128 + 64);
+    MUST(snell_scene_add_mix(bench.scene, &mix, &id));
+    add_quad(&bench, v3(-1, -1, 0), v3(2, 0, 0), v3(0, 2, 0), id);
+    commit();
+    ray r = towards((dvec3){0.1, 0.2, 3}, (dvec3){0.1, 0.2, 0});
+    hit h;
+    shade_point p = hit_of(bench.scene->frozen, &r, NULL, &h);
+    scene_bend_normal(bench.scene->frozen, &p);
+    assert_true(p.at.coat.own);
+    ASSERT_CLOSE(p.at.coat.n.z, 1, 1e-12, 0);
+    ASSERT_CLOSE(p.ns.x / p.ns.z, 1, 2e-2, 0);
+}
+
+/* A smooth coat over black that leans shows the lamp that a flat one would, where every mirror image is
+ * Fresnel's part of 1; one that leans by its own map does not. */
+static void a_coat_mirrors_by_its_own_normal(void **state) {
+    (void)state;
+    static const snell_integrator all[] = {SNELL_WHITTED, SNELL_COOK, SNELL_PATH};
+    const double seen = 0.04 + 0.96 * pow(1 - sqrt(0.5), 5);
+    for (int own = 0; own < 2; own++)
+        for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
+            snell_principled_desc desc = SNELL_INIT(principled_desc);
+            snell_material_id id;
+            rig_clear(&bench);
+            desc.base_color = flat(grey(0));
+            desc.specular = flat(grey(0));
+            desc.clearcoat = flat(grey(1));
+            snell_texture_id lean = add_normals(128, 128 + 96, 128 + 64);
+            *(own ? &desc.clearcoat_normal_map : &desc.normal_map) = lean;
+            MUST(snell_scene_add_principled(bench.scene, &desc, &id));
+            add_quad(&bench, v3(-1, -1, 0), v3(2, 0, 0), v3(0, 2, 0), id);
+            /* At the end of the flat mirror's ray, across it. */
+            add_quad(&bench, v3(1.9, -0.2, 1.5), v3(0, 0.4, 0), v3(0, 0, 0.8),
+                     add_glow(&bench, grey(1)));
+            commit();
+            snell_render_desc render = picture(all[i], 1, 1, 4);
+            snell_view view = look(v3(-2, 0, 2), v3(0, 0, 0));
+            render.view = &view;
+            render.samples = 4096;
+            MUST(snell_render(bench.scene, &render, bench.film));
+            ASSERT_CLOSE(pixel_at(&bench, 0, 0).c[0], own ? 0 : seen, 0.03, 1e-6);
+        }
 }
 
 /* ---- what a mesh brings: a second set of texture coordinates, tangents ---- */
@@ -895,6 +997,9 @@ int main(void) {
         cmocka_unit_test_setup(a_far_board_does_not_alias, fresh),
         cmocka_unit_test_setup(a_flat_normal_map_changes_nothing, fresh),
         cmocka_unit_test_setup(a_normal_map_leans_as_it_says, fresh),
+        cmocka_unit_test_setup(a_coat_has_its_own_normal, fresh),
+        cmocka_unit_test_setup(a_coat_in_a_mix_stays_smooth, fresh),
+        cmocka_unit_test_setup(a_coat_mirrors_by_its_own_normal, fresh),
         cmocka_unit_test_setup(a_second_set_is_looked_up, fresh),
         cmocka_unit_test_setup(tangents_of_a_mesh_count, fresh),
         cmocka_unit_test_setup(a_ramp_tilts_by_its_slope, fresh),

@@ -1609,6 +1609,8 @@ typedef struct snell_principled_desc { /* the glTF 2.0 model: metal, plastic, gl
     int32_t priority; /* where solids overlap the higher one is present; -1000 to 1000 */
     snell_input clearcoat; /* strength of a coat of varnish; 0 to 1 */
     snell_input clearcoat_roughness; /* of the coat; 0 to 1 */
+    snell_texture_id clearcoat_normal_map; /* as normal_map, of the coat; without it the coat is smooth: normal_map and bump are beneath */
+    snell_input clearcoat_normal_scale; /* multiplies the slope of clearcoat_normal_map */
     snell_input sheen_color; /* of velvet's fibres; 0: none; >= 0 */
     snell_input sheen_roughness; /* of the fibres; below 0.26 it counts as that; 0 to 1 */
     snell_input anisotropy; /* how much rougher it is along its grain: 1 is brushed metal; 0 to 1 */
@@ -1649,6 +1651,9 @@ static inline snell_principled_desc snell_principled_desc_init(size_t struct_siz
     desc.attenuation_color.x = (float)1;
     desc.attenuation_color.y = (float)1;
     desc.attenuation_color.z = (float)1;
+    desc.clearcoat_normal_scale.value.x = (float)1;
+    desc.clearcoat_normal_scale.value.y = (float)1;
+    desc.clearcoat_normal_scale.value.z = (float)1;
     desc.iridescence_ior = (float)1.29999995;
     desc.iridescence_thickness.value.x = (float)400;
     desc.iridescence_thickness.value.y = (float)400;

@@ -281,7 +281,7 @@ snell_status snell_scene_add_ggx(snell_scene *s, const snell_ggx_desc *desc, sne
     return status;
 }
 
-_Static_assert(sizeof(snell_principled_desc) == 432, "run tools/update_api");
+_Static_assert(sizeof(snell_principled_desc) == 464, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, emission) == 8, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, emit_two_sided) == 28, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, ambient) == 32, "run tools/update_api");
@@ -305,15 +305,17 @@ _Static_assert(offsetof(snell_principled_desc, attenuation_distance) == 264, "ru
 _Static_assert(offsetof(snell_principled_desc, priority) == 268, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, clearcoat) == 272, "run tools/update_api");
 _Static_assert(offsetof(snell_principled_desc, clearcoat_roughness) == 292, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, sheen_color) == 312, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, sheen_roughness) == 332, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, anisotropy) == 352, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, anisotropy_rotation) == 372, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, anisotropy_map) == 376, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, iridescence) == 384, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, iridescence_ior) == 404, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, iridescence_thickness) == 408, "run tools/update_api");
-_Static_assert(offsetof(snell_principled_desc, dispersion) == 428, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat_normal_map) == 312, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, clearcoat_normal_scale) == 320, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_color) == 340, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, sheen_roughness) == 360, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, anisotropy) == 380, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, anisotropy_rotation) == 400, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, anisotropy_map) == 404, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, iridescence) == 412, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, iridescence_ior) == 432, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, iridescence_thickness) == 436, "run tools/update_api");
+_Static_assert(offsetof(snell_principled_desc, dispersion) == 456, "run tools/update_api");
 snell_status snell_scene_add_principled(snell_scene *s, const snell_principled_desc *desc, snell_material_id *out) {
     uint32_t index1 = 0;
     snell_status status = scene_add_typed(s, CATEGORY_MATERIAL, "principled", desc, &index1);

@@ -208,8 +208,7 @@ static const json_t *main_texture(const json_t *material) {
 
 /* Is it a texture that this reader shows? */
 static bool is_texture(const char *key) {
-    static const char *const lost[] = {"occlusionTexture", "thicknessTexture",
-                                       "clearcoatNormalTexture"};
+    static const char *const lost[] = {"occlusionTexture", "thicknessTexture"};
     size_t length = strlen(key);
     for (size_t i = 0; i < sizeof lost / sizeof lost[0]; i++)
         if (strcmp(key, lost[i]) == 0) return false;
@@ -306,8 +305,8 @@ typedef struct layers {
     double thickness, attenuation_distance, dispersion;
     snell_vec3 attenuation_color;
     snell_input anisotropy, iridescence, film_thickness;
-    snell_texture_id grain;
-    double grain_rotation, film_ior;
+    snell_texture_id grain, coat_normals;
+    double grain_rotation, film_ior, coat_normal_scale;
     bool has_specular, has_clearcoat, has_sheen, has_grain, has_film;
 } layers;
 
@@ -382,6 +381,12 @@ static void add_layers(params *p, const layers *k) {
         add_input(p, "clearcoat", k->clearcoat);
         add_input(p, "clearcoat_roughness", k->clearcoat_roughness);
     }
+    if (k->coat_normals.index1) {
+        add_param(p, (snell_param){"clearcoat_normal_map",
+                                   SNELL_PARAM_TEXTURE,
+                                   {.texture = k->coat_normals}});
+        add_float(p, "clearcoat_normal_scale", k->coat_normal_scale);
+    }
     if (k->has_sheen) {
         add_input(p, "sheen_color", k->sheen_color);
         add_input(p, "sheen_roughness", k->sheen_roughness);
@@ -414,9 +419,6 @@ static snell_status warn_of_losses(gltf *g, const json_t *material) {
     snell_status status = SNELL_OK;
     if (json_at(material, "occlusionTexture"))
         status = gltf_warn(g, "occlusion maps are ignored: what hides light is computed");
-    if (!status &&
-        json_at(json_extension(material, "KHR_materials_clearcoat"), "clearcoatNormalTexture"))
-        status = gltf_warn(g, "normal maps of a clearcoat are not supported: ignored");
     bool passes = json_number(json_extension(material, "KHR_materials_transmission"),
                               "transmissionFactor", 0) > 0;
     const json_t *thin = json_extension(material, "KHR_materials_iridescence"),
@@ -429,6 +431,12 @@ static snell_status warn_of_losses(gltf *g, const json_t *material) {
 }
 
 /* ---- reading ---- */
+
+static snell_status read_normals(gltf *g, const json_t *info, snell_texture_id *map,
+                                 double *scale) {
+    *scale = json_number(info, "scale", 1);
+    return gltf_texture(g, info, USE_DATA, as_it_is, map);
+}
 
 /* A factor times one channel of a texture. */
 static snell_status read_scalar(gltf *g, const json_t *from, const char *factor, double otherwise,
@@ -480,6 +488,9 @@ static snell_status read_layers(gltf *g, const json_t *material, layers *k) {
     if (!status)
         status = read_scalar(g, clearcoat, "clearcoatRoughnessFactor", 0,
                              "clearcoatRoughnessTexture", USE_GREEN, &k->clearcoat_roughness);
+    if (!status && k->has_clearcoat)
+        status = read_normals(g, json_at(clearcoat, "clearcoatNormalTexture"), &k->coat_normals,
+                              &k->coat_normal_scale);
     if (!status)
         status = read_color(g, sheen, "sheenColorFactor", 0, "sheenColorTexture", &k->sheen_color);
     if (!status)
@@ -593,12 +604,6 @@ static snell_status read_emission(gltf *g, const json_t *material, surface *s) {
                         &s->emission.texture);
 }
 
-static snell_status read_normals(gltf *g, const json_t *material, surface *s) {
-    const json_t *info = json_at(material, "normalTexture");
-    s->normal_scale = json_number(info, "scale", 1);
-    return gltf_texture(g, info, USE_DATA, as_it_is, &s->normal_map);
-}
-
 static snell_status make_material(gltf *g, size_t index, const char *where, uint32_t *out) {
     const json_t *material = index == SIZE_MAX ? NULL : json_item(g, "materials", index);
     surface s = {.where = where, .name = json_text(material, "name"), .ior = 1.5};
@@ -606,7 +611,9 @@ static snell_status make_material(gltf *g, size_t index, const char *where, uint
     snell_status status = read_base(g, material, &s);
     if (!status) status = read_emission(g, material, &s);
     if (!status) status = warn_of_losses(g, material);
-    if (!status) status = read_normals(g, material, &s);
+    if (!status)
+        status =
+            read_normals(g, json_at(material, "normalTexture"), &s.normal_map, &s.normal_scale);
     if (status) return status;
     double ior = json_number(json_extension(material, "KHR_materials_ior"), "ior", 1.5);
     s.ior = ior < 1    ? 1
@@ -633,6 +640,7 @@ snell_status gltf_material(gltf *g, size_t index, uint32_t *out) {
 bool gltf_material_has_grain(const gltf *g, size_t index) {
     const json_t *material = index == SIZE_MAX ? NULL : json_item(g, "materials", index);
     return json_at(material, "normalTexture") ||
+           json_at(json_extension(material, "KHR_materials_clearcoat"), "clearcoatNormalTexture") ||
            json_number(json_extension(material, "KHR_materials_anisotropy"), "anisotropyStrength",
                        0) > 0;
 }

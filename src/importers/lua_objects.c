@@ -227,10 +227,10 @@ static void warn_of_bright(lua_State *L, const type_info *type, const char *labe
 
 /* Normals are data: decoded as colours they lean the wrong way. */
 static void warn_of_coded_normals(lua_State *L, const type_info *type, const char *label,
-                                  uint32_t index) {
+                                  const char *name, uint32_t index) {
     description *d = scene_of(L)->d;
     const object *made = &d->objects[CATEGORY_MATERIAL].items[index];
-    const field *f = type_find_field(type, "normal_map");
+    const field *f = type_find_field(type, name);
     if (f == NULL) return;
     uint32_t index1 =
         ((const snell_texture_id *)(const void *)((const char *)made->desc + f->offset))->index1;
@@ -244,7 +244,7 @@ static void warn_of_coded_normals(lua_State *L, const type_info *type, const cha
     if (strcmp(word, "srgb") == 0 &&
         description_add_message(d, SNELL_WARNING, made->file, made->line,
                                 "texture.image { file = .., encoding = \"linear\" }",
-                                "%s: the image of 'normal_map' is read as sRGB colours", label))
+                                "%s: the image of '%s' is read as sRGB colours", label, name))
         scene_fail_last(L, NULL, NULL);
 }
 
@@ -256,7 +256,8 @@ static int make_material(lua_State *L) {
     read_fields(L, type, &c);
     uint32_t index = add_object(L, type, &c, read_name(L, c.label));
     warn_of_bright(L, type, c.label, index);
-    warn_of_coded_normals(L, type, c.label, index);
+    warn_of_coded_normals(L, type, c.label, "normal_map", index);
+    warn_of_coded_normals(L, type, c.label, "clearcoat_normal_map", index);
     handle_push(L, HANDLE_MATERIAL, index);
     return 1;
 }

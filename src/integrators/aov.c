@@ -369,7 +369,7 @@ void aov_hit(wave *w, const path_ray *r, const hit *h, const shade_point *p, con
     add_vector(to, r->pixel, AOV_normal, p->ns, coverage);
     add_vector(to, r->pixel, AOV_geometric_normal, p->n, coverage);
     if (wants(to->plan, AOV_albedo))
-        add_vector(to, r->pixel, AOV_albedo, bsdf_albedo(b, dvec3_dot(p->ns, p->wo)), coverage);
+        add_vector(to, r->pixel, AOV_albedo, bsdf_albedo(b, p->ns, p->wo), coverage);
     if (wants(to->plan, AOV_uv)) {
         scene_hit_uv(s->scene, &r->ray, h, pair);
         add_values(to, r->pixel, AOV_uv, pair, coverage);

@@ -8,7 +8,7 @@ static bsdf without_traced_lobes(const bsdf *b, const shade_point *p) {
     bsdf matte = *b;
     for (int i = 0; i < matte.lobe_count; i++) {
         lobe *l = &matte.lobes[i];
-        if (l->type->class == LOBE_MIRROR) l->weight = lobe_mirrored(l, b, dvec3_dot(p->wo, p->ns));
+        if (l->type->class == LOBE_MIRROR) l->weight = lobe_mirrored(l, b, p->ns, p->wo);
         if (l->type->evaluate == NULL || l->type->transmits) l->type = &lobe_lambert;
     }
     return matte;

@@ -11,13 +11,13 @@
 /* One ray for the whole lobe; it carries `share` of what it finds. */
 static path_ray *follow_gloss(wave *w, const path_ray *r, const shade_point *p, const bsdf *b,
                               const lobe *l, dvec3 share, uint32_t slot) {
-    dvec3 wi;
+    dvec3 wi, n = lobe_normal(l, b, p->ns);
     sample2 u = wave_draw_child(w, r, slot, SAMPLE_DIRECTION);
-    if (!l->type->sample(l, b, p->ns, p->wo, u, &wi)) return NULL;
-    double cosine = dvec3_dot(p->ns, wi), pdf = l->type->pdf(l, b, p->ns, p->wo, wi);
+    if (!l->type->sample(l, b, n, p->wo, u, &wi)) return NULL;
+    double cosine = dvec3_dot(n, wi), pdf = l->type->pdf(l, b, n, p->wo, wi);
     if (!(cosine * dvec3_dot(p->n, wi) > 0) || !(pdf > 0)) return NULL;
-    dvec3 f = l->type->evaluate(l, b, p->ns, p->wo, wi);
-    double passing = lobe_passing(l, b, dvec3_dot(p->ns, p->wo), cosine);
+    dvec3 f = l->type->evaluate(l, b, n, p->wo, wi);
+    double passing = lobe_passing(l, b, p->wo, wi, dvec3_dot(n, p->wo), cosine);
     dvec3 weight = dvec3_scale(f, passing * fabs(cosine) / pdf);
     path_ray *child =
         emit_ray(w, r, p, wi, dvec3_mul(weight, share), cosine < 0 ? wave_beyond(w) : &r->media,

@@ -36,11 +36,11 @@ static void start_at(const shade_point *p, path_ray *child, dvec3 ddx, dvec3 ddy
     child->has_differential = true;
 }
 
-void differential_of_mirror(const path_ray *r, const shade_point *p, path_ray *child) {
+void differential_of_mirror(const path_ray *r, const shade_point *p, dvec3 n, path_ray *child) {
     if (child == NULL || !r->has_differential) return;
     dvec3 d = dvec3_negate(p->wo);
-    start_at(p, child, mirrored(d, p->ns, dvec3_from(r->differential.ddx), p->dndx),
-             mirrored(d, p->ns, dvec3_from(r->differential.ddy), p->dndy));
+    start_at(p, child, mirrored(d, n, dvec3_from(r->differential.ddx), p->dndx),
+             mirrored(d, n, dvec3_from(r->differential.ddy), p->dndy));
 }
 
 void differential_of_interface(const path_ray *r, const shade_point *p, double eta,

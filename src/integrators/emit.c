@@ -199,7 +199,8 @@ static void push_shadow(wave *w, const lit_surface *on, const light_sample *from
 }
 
 /* f |cos| of the lobes times the sample's light, for its density; 0 where the geometric and the
- * shading side disagree about where it comes from. */
+ * shading side disagree about where it comes from, of which the bsdf sees to where a coat has another
+ * shading normal. */
 static dvec3 light_reflected(const lit_surface *on, const light_sample *sample) {
     const shade_point *p = on->p;
     dvec3 to = sample->to_light, wi, f = on->f;
@@ -209,7 +210,8 @@ static dvec3 light_reflected(const lit_surface *on, const light_sample *sample) 
     if (on->even && below) return (dvec3){0, 0, 0};
     wi = dvec3_normalize(to);
     double cosine = dvec3_dot(p->ns, wi);
-    if (!(cosine * dvec3_dot(p->n, wi) > 0)) return (dvec3){0, 0, 0};
+    bool agree = cosine * dvec3_dot(p->n, wi) > 0;
+    if (!agree && !on->b->coat.own) return (dvec3){0, 0, 0};
     if (on->even && !(cosine > 0)) return (dvec3){0, 0, 0};
     if (!on->even) f = bsdf_evaluate(on->b, on->lobes, p->ns, p->wo, wi);
     return dvec3_scale(dvec3_mul(f, sample->light), fabs(cosine));
@@ -244,7 +246,7 @@ static void emit_irradiance(wave *w, const lit_surface *on, const light *l) {
         const lobe *part = &b->lobes[i];
         if (!part->type->matte) continue;
         dvec3 f = part->type->evaluate(part, b, p->ns, p->wo, p->ns);
-        sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, cosine, 1)));
+        sum = dvec3_add(sum, dvec3_scale(f, lobe_passing(part, b, p->wo, p->ns, cosine, 1)));
     }
     dvec3 irradiance = l->type->irradiance(l, p->ns);
     if (w->settings.record) record_irradiance(w, on->r, sum, irradiance);

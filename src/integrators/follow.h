@@ -6,7 +6,7 @@
 #include "integrators/integrator.h"
 
 /* A reflection about a shading normal that would go below the surface is bent back above it. */
-dvec3 mirror_direction(const shade_point *p);
+dvec3 bent_back(const shade_point *p, dvec3 d);
 /* share: the fraction of weight * Fresnel that the mirror ray carries. */
 void follow_mirror(wave *w, const path_ray *r, const shade_point *p, const bsdf *b, const lobe *l,
                    double share, uint32_t slot);

@@ -78,12 +78,13 @@ static void go_on(wave *w, const path_ray *r, const shade_point *p, const bsdf *
     if (!bsdf_sample(b, p->ns, p->wo, luck.x, wave_draw(w, r, SAMPLE_DIRECTION), &next)) return;
     double height = dvec3_dot(next.wi, p->n);
     bool wrong_side = next.transmitted ? height >= 0 : height <= 0;
-    if (wrong_side && next.pdf > 0) return;
+    bool nothing = !(dvec3_largest(next.weight) > 0);
+    if ((wrong_side || nothing) && next.pdf > 0) return;
     if (wrong_side) {
         if (next.transmitted) {
             if (!refract_direction(p->wo, p->n, b->ior1 / b->ior2, &next.wi)) return;
         } else {
-            next.wi = mirror_direction(p);
+            next.wi = bent_back(p, next.wi);
         }
     }
     dvec3 weight = dvec3_scale(next.weight, 1 / survive);

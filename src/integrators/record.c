@@ -152,14 +152,15 @@ void record_color(const wave *w, const path_ray *r, dvec3 kept) {
 }
 
 /* By Fresnel's formulas, of the first part that has them. */
-static dvec3 fresnel_at(const bsdf *b, double cosine) {
+static dvec3 fresnel_at(const bsdf *b, dvec3 n, dvec3 wo) {
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
         if (l->type->transmits) {
-            double reflected = interface_reflected(l, b, cosine);
+            double reflected = interface_reflected(l, b, dvec3_dot(wo, n));
             return (dvec3){reflected, reflected, reflected};
         }
-        if (l->fresnel.kind != FRESNEL_NONE) return fresnel_evaluate(&l->fresnel, cosine);
+        if (l->fresnel.kind != FRESNEL_NONE)
+            return fresnel_evaluate(&l->fresnel, dvec3_dot(wo, lobe_normal(l, b, n)));
     }
     return (dvec3){0, 0, 0};
 }
@@ -189,7 +190,7 @@ void record_hit(const wave *w, const path_ray *r, const hit *h, const shade_poin
         said->ior_from = b->ior1;
         said->ior_to = b->ior2;
     }
-    put3(said->fresnel, fresnel_at(b, said->cosine));
+    put3(said->fresnel, fresnel_at(b, p->ns, p->wo));
     node->emission = b->emission;
     node->material = (uint32_t)(p->material - w->settings.scene->materials);
 }

@@ -42,7 +42,7 @@ static dvec3 surface_filter(wave *w, const shade_point *p, bool met, media *m) {
     if (p->material->thin) {
         material_evaluate(p->material, &p->at, &b);
         bool smooth = w->settings.integrator->one_branch; /* paths find what a rough one scatters */
-        dvec3 straight = bsdf_straight(&b, dvec3_dot(p->wo, p->ns), smooth);
+        dvec3 straight = bsdf_straight(&b, p->ns, p->wo, smooth);
         return dvec3_add(sum, dvec3_scale(straight, alpha));
     }
     if (!material_bounds_medium(p->material->type, p->material->desc)) return sum;

@@ -25,6 +25,7 @@ lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter) {
     l->share = -1;
     l->reflected = (dvec3){1, 1, 1};
     l->coats = 0;
+    l->tilted = false;
     return l;
 }
 
@@ -34,13 +35,27 @@ static bool counts(const lobe *l, lobe_set set) {
     return !(set & LOBES_NOT_MIRRORED) || !(l->mirror_share >= 1 || type->transmits);
 }
 
+/* Under COS_ALONG with n a direction lies in the surface, and what is divided by it stays finite. */
+static dvec3 evaluate_tilted(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
+    const double COS_ALONG = 1e-9;
+    const coat_normal *c = &b->coat;
+    double cosine = dvec3_dot(c->n, wi);
+    if (!(cosine > 0) || !(dvec3_dot(c->side, wi) > 0)) return (dvec3){0, 0, 0};
+    return dvec3_scale(l->type->evaluate(l, b, c->n, wo, wi),
+                       cosine / double_max(fabs(dvec3_dot(n, wi)), COS_ALONG));
+}
+
 dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi) {
     dvec3 sum = {0, 0, 0};
-    bool beyond = dvec3_dot(n, wi) < 0;
+    bool beyond = dvec3_dot(n, wi) < 0,
+         disagree = b->coat.own && beyond != (dvec3_dot(b->coat.side, wi) < 0);
     for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++) {
-        if (!counts(l, set) || (beyond && !l->type->transmits)) continue;
+        if (!counts(l, set)) continue;
+        if (l->tilted) sum = dvec3_add(sum, evaluate_tilted(l, b, n, wo, wi));
+        if (l->tilted || disagree || (beyond && !l->type->transmits)) continue;
         dvec3 f = l->type->evaluate(l, b, n, wo, wi);
-        if (l->coats) f = dvec3_scale(f, lobe_passing(l, b, dvec3_dot(n, wo), dvec3_dot(n, wi)));
+        if (l->coats)
+            f = dvec3_scale(f, lobe_passing(l, b, wo, wi, dvec3_dot(n, wo), dvec3_dot(n, wi)));
         sum = dvec3_add(sum, f);
     }
     return sum;
@@ -59,7 +74,7 @@ bool bsdf_is_even(const bsdf *b, lobe_set set, dvec3 *f) {
     *f = (dvec3){0, 0, 0};
     for (const lobe *l = b->lobes, *end = l + b->lobe_count; l < end; l++) {
         if (!counts(l, set)) continue;
-        if (l->type != &lobe_lambert || l->coats) return false;
+        if (l->type != &lobe_lambert || l->coats || l->tilted) return false;
         *f = dvec3_add(*f, lambert(l));
     }
     return true;
@@ -71,13 +86,15 @@ dvec3 bsdf_passing(const bsdf *b) {
     return (dvec3){1, 1, 1};
 }
 
-dvec3 bsdf_straight(const bsdf *b, double cosine, bool smooth) {
-    dvec3 sum = {0, 0, 0};
+dvec3 bsdf_straight(const bsdf *b, dvec3 n, dvec3 wo, bool smooth) {
+    dvec3 sum = {0, 0, 0}, wi = dvec3_negate(wo);
+    double cosine = dvec3_dot(n, wo);
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
         if (!l->type->thin || (smooth && l->type->class != LOBE_INTERFACE)) continue;
-        double passed = 1 - fresnel_evaluate(&l->fresnel, cosine).x;
-        sum = dvec3_add(sum, dvec3_scale(l->weight, passed * lobe_passing(l, b, cosine, -cosine)));
+        double passed = 1 - fresnel_evaluate(&l->fresnel, cosine).x,
+               passing = lobe_passing(l, b, wo, wi, cosine, -cosine);
+        sum = dvec3_add(sum, dvec3_scale(l->weight, passed * passing));
     }
     return sum;
 }
@@ -88,40 +105,47 @@ static double coat_passing(const coating *c, double cosine) {
     return clamp01(1 - c->amount * kept);
 }
 
-double lobe_passing(const lobe *l, const bsdf *b, double cos_o, double cos_i) {
+double lobe_passing(const lobe *l, const bsdf *b, dvec3 wo, dvec3 wi, double cos_o, double cos_i) {
     double passing = 1;
     for (int i = 0; i < b->coat_count; i++) {
+        const coating *c = &b->coats[i];
         if (!(l->coats >> i & 1)) continue;
-        double from = coat_passing(&b->coats[i], cos_o);
+        bool own = b->coat.own && !c->sheen;
+        double from = coat_passing(c, own ? double_max(dvec3_dot(b->coat.n, wo), 0) : cos_o);
         /* What is beyond has the coats on the other side only once. */
-        passing *= cos_i > 0 ? double_min(from, coat_passing(&b->coats[i], cos_i)) : from;
+        if (cos_i > 0)
+            from = double_min(
+                from, coat_passing(c, own ? double_max(dvec3_dot(b->coat.n, wi), 0) : cos_i));
+        passing *= from;
     }
     return passing;
 }
 
-dvec3 lobe_mirrored(const lobe *l, const bsdf *b, double cosine) {
+dvec3 lobe_mirrored(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo) {
+    dvec3 m = lobe_normal(l, b, n);
+    double cosine = dvec3_dot(m, wo);
     dvec3 reflected = dvec3_mul(l->weight, fresnel_evaluate(&l->fresnel, cosine));
-    return dvec3_scale(reflected, lobe_passing(l, b, cosine, cosine));
+    return dvec3_scale(reflected, lobe_passing(l, b, wo, reflect_direction(wo, m), cosine, cosine));
 }
 
 /* Phong: 2 pi k_s / (p + 2), exact along the normal; Blinn's lobe is four times as wide. */
-static dvec3 lobe_albedo(const lobe *l, const bsdf *b, double cosine) {
+static dvec3 lobe_albedo(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo) {
     double largest = dvec3_largest(l->weight);
     if (l->share >= 0) return dvec3_scale(l->weight, largest > 0 ? l->share / largest : 0);
     if (l->type == &lobe_phong) return dvec3_scale(l->weight, 2 * PI / (l->exponent + 2));
     if (l->type == &lobe_blinn_phong) return dvec3_scale(l->weight, 8 * PI / (l->exponent + 8));
-    if (!l->type->transmits) return lobe_mirrored(l, b, cosine);
-    double reflected = interface_reflected(l, b, cosine),
-           passing = lobe_passing(l, b, cosine, -cosine);
+    if (!l->type->transmits) return lobe_mirrored(l, b, n, wo);
+    double cosine = dvec3_dot(n, wo), reflected = interface_reflected(l, b, cosine),
+           passing = lobe_passing(l, b, wo, dvec3_negate(wo), cosine, -cosine);
     return dvec3_scale(
         dvec3_add(dvec3_scale(l->reflected, reflected), dvec3_scale(l->weight, 1 - reflected)),
         passing);
 }
 
-dvec3 bsdf_albedo(const bsdf *b, double cosine) {
+dvec3 bsdf_albedo(const bsdf *b, dvec3 n, dvec3 wo) {
     dvec3 sum = {0, 0, 0};
     for (int i = 0; i < b->lobe_count; i++)
-        sum = dvec3_add(sum, lobe_albedo(&b->lobes[i], b, cosine));
+        sum = dvec3_add(sum, lobe_albedo(&b->lobes[i], b, n, wo));
     return (dvec3){clamp01(sum.x), clamp01(sum.y), clamp01(sum.z)};
 }
 
@@ -135,9 +159,12 @@ static double share_of(const lobe *l, double cosine) {
 }
 
 /* The shares of all lobes, made to sum to 1. */
-static void find_shares(const bsdf *b, double cosine, double shares[LOBES_MAX]) {
-    double sum = 0;
-    for (int i = 0; i < b->lobe_count; i++) sum += shares[i] = share_of(&b->lobes[i], cosine);
+static void find_shares(const bsdf *b, dvec3 n, dvec3 wo, double shares[LOBES_MAX]) {
+    double sum = 0, cosine = dvec3_dot(n, wo);
+    for (int i = 0; i < b->lobe_count; i++) {
+        const lobe *l = &b->lobes[i];
+        sum += shares[i] = share_of(l, l->tilted ? dvec3_dot(b->coat.n, wo) : cosine);
+    }
     for (int i = 0; i < b->lobe_count; i++) shares[i] /= sum;
 }
 
@@ -147,15 +174,16 @@ static double mixed_pdf(const bsdf *b, const double shares[LOBES_MAX], dvec3 n, 
     bool beyond = dvec3_dot(n, wi) < 0;
     for (int i = 0; i < b->lobe_count; i++) {
         const lobe *l = &b->lobes[i];
-        if (l->type->pdf && (!beyond || l->type->transmits))
-            pdf += shares[i] * l->type->pdf(l, b, n, wo, wi);
+        bool reached = l->tilted ? dvec3_dot(b->coat.n, wi) >= 0 : !beyond || l->type->transmits;
+        if (l->type->pdf && reached)
+            pdf += shares[i] * l->type->pdf(l, b, lobe_normal(l, b, n), wo, wi);
     }
     return pdf;
 }
 
 double bsdf_pdf(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
     double shares[LOBES_MAX];
-    find_shares(b, dvec3_dot(n, wo), shares);
+    find_shares(b, n, wo, shares);
     return mixed_pdf(b, shares, n, wo, wi);
 }
 
@@ -177,11 +205,12 @@ static bool sample_delta(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, double
     double cosine = dvec3_dot(n, wo);
     if (l->type->class == LOBE_INTERFACE) {
         if (!sample_interface(l, b, n, wo, u, out)) return false;
-        double passing = lobe_passing(l, b, cosine, out->transmitted ? -cosine : cosine);
+        double passing =
+            lobe_passing(l, b, wo, out->wi, cosine, out->transmitted ? -cosine : cosine);
         out->weight = dvec3_scale(out->weight, passing);
     } else {
-        out->wi = reflect_direction(wo, n);
-        out->weight = lobe_mirrored(l, b, cosine);
+        out->wi = reflect_direction(wo, lobe_normal(l, b, n));
+        out->weight = lobe_mirrored(l, b, n, wo);
     }
     out->weight = dvec3_scale(out->weight, 1 / share);
     return true;
@@ -190,16 +219,16 @@ static bool sample_delta(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, double
 bool bsdf_sample(const bsdf *b, dvec3 n, dvec3 wo, double choice, sample2 u, bsdf_direction *out) {
     if (b->lobe_count == 0) return false;
     double shares[LOBES_MAX];
-    find_shares(b, dvec3_dot(n, wo), shares);
+    find_shares(b, n, wo, shares);
     int chosen = 0;
     for (; chosen < b->lobe_count - 1 && choice >= shares[chosen]; chosen++)
         choice -= shares[chosen];
     const lobe *l = &b->lobes[chosen];
     if (l->type->sample == NULL) return sample_delta(l, b, n, wo, shares[chosen], u.x, out);
     *out = (bsdf_direction){{0, 0, 0}, {0, 0, 0}, 0, false};
-    if (!l->type->sample(l, b, n, wo, u, &out->wi)) return false;
+    if (!l->type->sample(l, b, lobe_normal(l, b, n), wo, u, &out->wi)) return false;
     double cosine = dvec3_dot(n, out->wi);
-    out->transmitted = cosine < 0;
+    out->transmitted = (b->coat.own ? dvec3_dot(b->coat.side, out->wi) : cosine) < 0;
     out->pdf = mixed_pdf(b, shares, n, wo, out->wi);
     if (!(out->pdf > 0)) return false;
     dvec3 f = bsdf_evaluate(b, LOBES_LIT, n, wo, out->wi);

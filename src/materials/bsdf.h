@@ -65,6 +65,7 @@ struct lobe {
         double alpha_along; /* of lobe_grained: GGX's alpha along the bsdf's tangent */
     };
     unsigned coats; /* bit i: the bsdf's coat i lies over it */
+    bool tilted;    /* the coat's normal stands in place of n; not of lobes that transmit */
 };
 
 /* What lies over other lobes keeps light from them: its own directional albedo E, in part. */
@@ -73,6 +74,12 @@ typedef struct coating {
     double amount, alpha, f0;
 } coating;
 
+/* A clear coat keeps its own normal where the surface under it has another. */
+typedef struct coat_normal {
+    bool own;      /* else it has the surface's, and the rest is not set */
+    dvec3 n, side; /* that normal; the geometric one; unit, both on wo's side */
+} coat_normal;
+
 enum { LOBES_MAX = 12, COATS_MAX = 4 };
 
 struct bsdf {
@@ -80,6 +87,7 @@ struct bsdf {
     int lobe_count;
     coating coats[COATS_MAX];
     int coat_count;
+    coat_normal coat;  /* of coats that are no sheen, and of lobes that are tilted */
     dvec3 emission;    /* radiance leaving towards wo */
     dvec3 ambient;     /* k_a */
     double alpha;      /* 1: all there; 0: a ray passes as if nothing were there */
@@ -103,7 +111,14 @@ static inline dvec3 color_alone(int color) { return (dvec3){color == 0, color ==
  * would do nothing. Lobes beyond LOBES_MAX would be a fault in a material. */
 lobe *bsdf_add(bsdf *b, const lobe_type *type, dvec3 weight, double parameter);
 
-/* The sum of the lobes of `set` that are not delta. */
+/* The normal that a lobe has where the surface has n. */
+static inline dvec3 lobe_normal(const lobe *l, const bsdf *b, dvec3 n) {
+    return l->tilted ? b->coat.n : n;
+}
+
+/* The sum of the lobes of `set` that are not delta. Where a coat has its own normal, a lobe counts only
+ * for a wi that is on the same side of its normal and of the geometric one, and that of the coat is
+ * multiplied by the cosine with its normal over that with n, which callers multiply by. */
 dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi);
 bool bsdf_is_lit(const bsdf *b, lobe_set set); /* has a lobe of the set that is not delta */
 /* Whether bsdf_evaluate is the same *f for every wi above, and 0 for those below. */
@@ -113,7 +128,7 @@ dvec3 bsdf_passing(const bsdf *b);
 
 /* What of the light from wo goes straight on through thin panes: 1 - F of their colour. smooth: of
  * those alone that do not scatter it. */
-dvec3 bsdf_straight(const bsdf *b, double cosine, bool smooth);
+dvec3 bsdf_straight(const bsdf *b, dvec3 n, dvec3 wo, bool smooth);
 
 /* One direction for all lobes: one of them is chosen by its share and drawn from; the densities of
  * all that are not delta count. `bsdf_pdf` is the density that bsdf_sample draws with, per solid
@@ -129,17 +144,18 @@ double bsdf_pdf(const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi);
 bool bsdf_sample(const bsdf *b, dvec3 n, dvec3 wo, double choice, sample2 u, bsdf_direction *out);
 
 /* What coats leave of light that comes from one direction and goes to the other, by the cosines of
- * both with n: the less of the two, which is reciprocal and never more than the coat lets through
- * (KHR_materials_sheen, "Albedo scaling"). bsdf_evaluate and bsdf_sample include it. */
-double lobe_passing(const lobe *l, const bsdf *b, double cos_o, double cos_i);
+ * both with n, or with the coat's own normal: the less of the two, which is reciprocal and never more
+ * than the coat lets through (KHR_materials_sheen, "Albedo scaling"). bsdf_evaluate and bsdf_sample
+ * include it. */
+double lobe_passing(const lobe *l, const bsdf *b, dvec3 wo, dvec3 wi, double cos_o, double cos_i);
 /* The weight of the mirror ray of a mirror or, sharpened, of a glossy lobe: weight * Fresnel, less
  * what its coats keep. */
-dvec3 lobe_mirrored(const lobe *l, const bsdf *b, double cosine);
+dvec3 lobe_mirrored(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo);
 
-/* The colour of what the surface sends back or on of light that comes at this cosine, each component
+/* The colour of what the surface sends back or on of light that comes from wo, each component
  * at most 1: the sum of its lobes' weights, where it has them times Fresnel's factor and what coats let
  * pass. Of rough and of Phong lobes an estimate, of Lambert exactly R. */
-dvec3 bsdf_albedo(const bsdf *b, double cosine);
+dvec3 bsdf_albedo(const bsdf *b, dvec3 n, dvec3 wo);
 
 /* Fresnel's fraction that a smooth one, or a pane, reflects at this cosine; of lobes that transmit. */
 static inline double interface_reflected(const lobe *l, const bsdf *b, double cosine) {

@@ -60,9 +60,16 @@ typedef struct material_point {
     /* Of materials that look along the surface: where u grows and, turned by a right angle, v; unit, in
      * the surface. 0: unknown. */
     dvec3 tangent, bitangent;
+    coat_normal coat;
     const texture *textures;
     const material *materials; /* the frozen scene's: for materials made of others */
 } material_point;
+
+/* Normals as colours, and what multiplies their slope. */
+typedef struct normal_detail {
+    snell_texture_id map;
+    snell_input scale;
+} normal_detail;
 
 typedef struct material_type {
     type_info info;
@@ -80,6 +87,9 @@ typedef struct material_type {
     bool (*is_thin)(const void *desc);
     /* Whether it looks different along different directions of the surface; NULL: no. */
     bool (*is_grained)(const void *desc);
+    /* Whether it has a clear coat, and the normals of that: what bends the surface's does not bend it;
+     * NULL: no. */
+    bool (*coat)(const void *desc, normal_detail *out);
     /* Whether this one bounds its medium; NULL: it always does, where there is `inside`. */
     bool (*bounds)(const void *desc);
     /* How much of it is there, 0 .. 1, beside the common `alpha`; NULL: all. */
@@ -107,7 +117,8 @@ struct material {
     bool textured;     /* looks at u, v or the point */
     bool thin;         /* light may go straight through it or a part of it */
     bool shines;       /* has emission somewhere */
-    bool bends;        /* has a normal map or bump: the shading normal is not the shape's */
+    bool bends;        /* has normal maps or bump: the shading normals are not the shape's */
+    bool coated;       /* has a clear coat, which does not bend with the surface */
     bool grained;      /* looks along the surface: material_point.tangent is wanted */
 };
 

@@ -41,6 +41,11 @@
       "where solids overlap the higher one is present")                                            \
     F(T, clearcoat, SCALAR, DEFAULT(0), RANGE(0, 1), "", "strength of a coat of varnish")          \
     F(T, clearcoat_roughness, SCALAR, DEFAULT(0), RANGE(0, 1), "", "of the coat")                  \
+    F(T, clearcoat_normal_map, TEXTURE, NO_DEFAULT, ANY, "",                                       \
+      "as normal_map, of the coat; without it the coat is smooth: normal_map and bump are "        \
+      "beneath")                                                                                   \
+    F(T, clearcoat_normal_scale, SCALAR, DEFAULT(1), ANY, "",                                      \
+      "multiplies the slope of clearcoat_normal_map")                                              \
     F(T, sheen_color, INPUT, DEFAULT(0, 0, 0), NOT_NEGATIVE, "", "of velvet's fibres; 0: none")    \
     F(T, sheen_roughness, SCALAR, DEFAULT(0), RANGE(0, 1), "",                                     \
       "of the fibres; below 0.26 it counts as that")                                               \
@@ -119,8 +124,9 @@ static void add_coats(const principled_desc *m, const material_point *point, bsd
     double clearcoat = scalar(&m->clearcoat, point);
     if (clearcoat > 0) {
         double roughness = scalar(&m->clearcoat_roughness, point), gloss = 1 - roughness;
-        bsdf_add_ggx(out, (dvec3){clearcoat, clearcoat, clearcoat}, roughness,
-                     schlick((dvec3){COAT_F0, COAT_F0, COAT_F0}, 1), gloss * gloss);
+        lobe *l = bsdf_add_ggx(out, (dvec3){clearcoat, clearcoat, clearcoat}, roughness,
+                               schlick((dvec3){COAT_F0, COAT_F0, COAT_F0}, 1), gloss * gloss);
+        l->tilted = point->coat.own;
         out->coats[out->coat_count++] = (coating){false, clearcoat, roughness * roughness, COAT_F0};
     }
     dvec3 sheen = clamp_color(input_color(&m->sheen_color, point->textures, &point->at));
@@ -219,6 +225,12 @@ static bool is_grained(const void *desc) {
     return ((const principled_desc *)desc)->anisotropy.value.x > 0;
 }
 
+static bool coat(const void *desc, normal_detail *out) {
+    const principled_desc *m = desc;
+    *out = (normal_detail){m->clearcoat_normal_map, m->clearcoat_normal_scale};
+    return m->clearcoat.value.x > 0;
+}
+
 const material_type material_principled = {
     .info = TYPE_INFO(CATEGORY_MATERIAL, principled, "principled",
                       "the glTF 2.0 model: metal, plastic, glass, varnish, velvet"),
@@ -227,4 +239,5 @@ const material_type material_principled = {
     .bounds = bounds,
     .is_thin = is_thin,
     .is_grained = is_grained,
+    .coat = coat,
 };

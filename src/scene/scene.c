@@ -58,6 +58,16 @@ static bool is_grained(const scene *s, const object *o) {
     return false;
 }
 
+static bool is_coated(const scene *s, const object *o) {
+    const material_type *type = (const material_type *)o->type;
+    normal_detail normals;
+    if (type->coat && type->coat(o->desc, &normals)) return true;
+    const material *part;
+    for (uint32_t i = 0; (part = next_part(s, o, &i)) != NULL;)
+        if (part->coated) return true;
+    return false;
+}
+
 /* Some materials are as opaque as those that they are made of. */
 static bool has_opaque_parts(const scene *s, const object *o) {
     if (((const material_type *)o->type)->opacity == NULL) return true;
@@ -116,8 +126,12 @@ static snell_status freeze_light_objects(scene *s, const object_list *lights, th
 }
 
 /* Without a texture the height is the same everywhere. */
-static bool bends(const material_common *m) {
-    return m->normal_map.index1 || m->bump.texture.index1;
+static bool bends(const object *o) {
+    const material_common *m = o->desc;
+    const material_type *type = (const material_type *)o->type;
+    normal_detail normals;
+    return m->normal_map.index1 || m->bump.texture.index1 ||
+           (type->coat && type->coat(o->desc, &normals) && normals.map.index1);
 }
 
 static snell_status freeze_objects(scene *s, const description *d) {
@@ -148,7 +162,8 @@ static snell_status freeze_objects(scene *s, const description *d) {
                                      .opaque_alpha = opaque,
                                      .textured = is_textured(s, o) || is_grained(s, o),
                                      .thin = is_thin(s, o),
-                                     .bends = bends(common),
+                                     .bends = bends(o),
+                                     .coated = is_coated(s, o),
                                      .grained = is_grained(s, o)};
         s->materials[i].shines = can_shine(s, &s->materials[i]);
         s->needs_footprint |= common->bump.texture.index1 != 0;
@@ -448,6 +463,7 @@ void scene_surface_point(const scene *s, uint32_t id, uint32_t primitive, float 
     out->at.tint = on->tint;
     out->at.alpha = on->alpha;
     out->at.outside = outside;
+    out->at.coat.own = false;
     out->at.textures = s->textures;
     out->at.materials = s->materials;
     /* A shading normal that faces away from the eye would reflect through the surface. */

@@ -220,8 +220,8 @@ mesh_corners scene_mesh_corners(const scene_instance *at, float time, uint32_t t
  * textures. */
 void scene_set_footprint(const scene *s, const ray *r, const ray_differential *d, const hit *h,
                          shade_point *point);
-/* Bends ns of a point whose material has a normal map or bump, and finds the tangents of one that is
- * grained; after the footprint. */
+/* Bends ns of a point whose material has normal maps or bump, finding the normal of its coat, and finds
+ * the tangents of one that is grained; after the footprint. */
 void scene_bend_normal(const scene *s, shade_point *point);
 /* Of a hit: its texture coordinates; and where its point of the surface is at another time, in the
  * world, whether or not a shutter is open then. Slower than what rays need. */

@@ -103,14 +103,14 @@ static bool tangent_frame(const scene_instance *at, int map, const shade_point *
     return true;
 }
 
-static dvec3 mapped_normal(const scene_instance *at, const material_common *m, const shade_point *p,
+static dvec3 mapped_normal(const scene_instance *at, const normal_detail *m, const shade_point *p,
                            dvec3 n) {
     const texture *textures = p->at.textures;
-    dvec3 color = texture_look_up(m->normal_map, textures, &p->at.at).color;
-    double scale = input_scalar(&m->normal_scale, textures, &p->at.at);
+    dvec3 color = texture_look_up(m->map, textures, &p->at.at).color;
+    double scale = input_scalar(&m->scale, textures, &p->at.at);
     double x = scale * signed_component(color.x), y = scale * signed_component(color.y),
            z = 2 * color.z - 1;
-    const texture *map = &textures[m->normal_map.index1 - 1];
+    const texture *map = &textures[m->map.index1 - 1];
     dvec3 t, b;
     if ((x == 0 && y == 0) || !tangent_frame(at, map->map, p, n, &t, &b)) return n;
     return dvec3_normalize(
@@ -175,15 +175,26 @@ static void find_tangents(const scene_instance *at, shade_point *p) {
     p->at.bitangent = b;
 }
 
+/* ns, bent by a normal map and by the bump of a material; NULL: by none. */
+static dvec3 bent_normal(const scene_instance *at, const normal_detail *normals,
+                         const material_common *bumped, const shade_point *p) {
+    dvec3 n = p->outside ? p->ns : dvec3_negate(p->ns);
+    if (normals->map.index1) n = mapped_normal(at, normals, p, n);
+    if (bumped && bumped->bump.texture.index1) n = bumped_normal(at, bumped, p, n);
+    if (!p->outside) n = dvec3_negate(n);
+    if (!is_tame(n)) return p->ns;
+    return kept_above(p->ns, kept_above(p->ns, n, p->n), p->wo);
+}
+
 static void bend(const scene_instance *at, shade_point *p) {
     const material_common *m = p->material->desc;
-    dvec3 n = p->outside ? p->ns : dvec3_negate(p->ns);
-    if (m->normal_map.index1) n = mapped_normal(at, m, p, n);
-    if (m->bump.texture.index1) n = bumped_normal(at, m, p, n);
-    if (!p->outside) n = dvec3_negate(n);
-    if (!is_tame(n)) return;
-    n = kept_above(p->ns, n, p->n);
-    p->ns = kept_above(p->ns, n, p->wo);
+    const material_type *type = p->material->type;
+    const normal_detail normals = {m->normal_map, m->normal_scale};
+    normal_detail of_coat = {.map = {0, 0}};
+    if (type->coat) type->coat(m, &of_coat);
+    if (p->material->coated)
+        p->at.coat = (coat_normal){true, bent_normal(at, &of_coat, NULL, p), p->n};
+    p->ns = bent_normal(at, &normals, m, p);
 }
 
 void scene_bend_normal(const scene *s, shade_point *p) {

@@ -78,17 +78,22 @@ def uvs():
     f.json["images"] = [{"bufferView": f.view(image), "mimeType": "image/png"}]
     f.json["samplers"] = [{"magFilter": 9728}]
     f.json["textures"] = [{"source": 0, "sampler": 0}]
-    f.mesh({"POSITION": f.accessor(FLOAT, "VEC3", corners),
-            "NORMAL": f.accessor(FLOAT, "VEC3", [(0, 0, 1)] * 4),
-            "TANGENT": f.accessor(FLOAT, "VEC4", [(0, 1, 0, -1)] * 4),
-            "TEXCOORD_0": f.accessor(FLOAT, "VEC2", [(0.25, 0.5)] * 4),
-            "TEXCOORD_1": f.accessor(FLOAT, "VEC2", [(0, 1), (1, 1), (1, 0), (0, 0)])},
-           indices=f.accessor(5121, "SCALAR", [0, 1, 2, 0, 2, 3]), material=0)
-    f.json["extensionsUsed"] = ["KHR_texture_transform"]
+    attributes = {"POSITION": f.accessor(FLOAT, "VEC3", corners),
+                  "NORMAL": f.accessor(FLOAT, "VEC3", [(0, 0, 1)] * 4),
+                  "TANGENT": f.accessor(FLOAT, "VEC4", [(0, 1, 0, -1)] * 4),
+                  "TEXCOORD_0": f.accessor(FLOAT, "VEC2", [(0.25, 0.5)] * 4),
+                  "TEXCOORD_1": f.accessor(FLOAT, "VEC2", [(0, 1), (1, 1), (1, 0), (0, 0)])}
+    indices = f.accessor(5121, "SCALAR", [0, 1, 2, 0, 2, 3])
+    for material in range(2):
+        f.mesh(attributes, indices=indices, material=material)
+    f.json["extensionsUsed"] = ["KHR_texture_transform", "KHR_materials_clearcoat"]
     f.json["materials"] = [{
         "name": "both", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0},
         "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 0, "texCoord": 1},
-        "normalTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"texCoord": 1}}}}]
+        "normalTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"texCoord": 1}}}}, {
+        "name": "varnished", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}},
+        "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatNormalTexture": {
+            "index": 0, "scale": 0.5, "extensions": {"KHR_texture_transform": {"texCoord": 1, "scale": [2, 4]}}}}}}]
     save(f, "uvs.gltf")
 
 
