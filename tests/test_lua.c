@@ -921,6 +921,22 @@ static void images_are_read(void **state) {
     assert_string_equal(error_last()->file, "scene.lua");
 }
 
+/* Of the surface and of its coat; data that is said to be linear is in order. */
+static void normals_that_are_colors_are_warned_of(void **state) {
+    (void)state;
+    write_file("red.png", red_png, sizeof red_png);
+    description *d = run_good(
+        "local m = texture.image { file = 'red.png' }\n"
+        "local n = texture.image { file = 'red.png', encoding = 'linear' }\n"
+        "sphere { material = material.lambert { normal_map = m } }\n"
+        "sphere { material = material.principled { clearcoat = 1, clearcoat_normal_map = m } }\n"
+        "sphere { material = material.principled { normal_map = n, clearcoat_normal_map = n } }");
+    assert_int_equal(d->message_count, 2);
+    assert_non_null(strstr(d->messages[0].text, "'normal_map' is read as sRGB"));
+    assert_non_null(strstr(d->messages[1].text, "'clearcoat_normal_map' is read as sRGB"));
+    description_destroy(d);
+}
+
 static const float *heights_of(const description *d, size_t index) {
     const object *o = &d->objects[CATEGORY_SHAPE].items[index];
     const field *f = type_find_field(o->type, "heights");
@@ -1050,6 +1066,7 @@ int main(void) {
         cmocka_unit_test(included_scenes_add_everything),
         cmocka_unit_test(errors_in_other_files_name_them),
         cmocka_unit_test(images_are_read),
+        cmocka_unit_test(normals_that_are_colors_are_warned_of),
         cmocka_unit_test(heights_are_a_list_a_function_or_a_picture),
         cmocka_unit_test(keys_of_meshes_arrive),
         cmocka_unit_test(programs_can_be_forbidden),

@@ -14,8 +14,8 @@
  * over the root of the samples that share the pixel further. */
 void differential_of_camera(const wave_settings *s, uint32_t sharing, const camera_sample *at,
                             path_ray *r);
-/* child: the ray that r sends from p by reflection about n, or by refraction from a medium of ior eta times
- * that beyond; NULL: nothing to do. */
+/* child: the ray that r sends from p by reflection about n, or by refraction from a medium of ior eta
+ * times that beyond; NULL: nothing to do. */
 void differential_of_mirror(const path_ray *r, const shade_point *p, dvec3 n, path_ray *child);
 void differential_of_interface(const path_ray *r, const shade_point *p, double eta,
                                path_ray *child);

@@ -78,7 +78,7 @@ static void go_on(wave *w, const path_ray *r, const shade_point *p, const bsdf *
     if (!bsdf_sample(b, p->ns, p->wo, luck.x, wave_draw(w, r, SAMPLE_DIRECTION), &next)) return;
     double height = dvec3_dot(next.wi, p->n);
     bool wrong_side = next.transmitted ? height >= 0 : height <= 0;
-    bool nothing = !(dvec3_largest(next.weight) > 0);
+    bool nothing = !(dvec3_largest(next.weight) > 0); /* such as a coat's sample under its base */
     if ((wrong_side || nothing) && next.pdf > 0) return;
     if (wrong_side) {
         if (next.transmitted) {

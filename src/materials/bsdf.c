@@ -35,14 +35,13 @@ static bool counts(const lobe *l, lobe_set set) {
     return !(set & LOBES_NOT_MIRRORED) || !(l->mirror_share >= 1 || type->transmits);
 }
 
-/* Under COS_ALONG with n a direction lies in the surface, and what is divided by it stays finite. */
 static dvec3 evaluate_tilted(const lobe *l, const bsdf *b, dvec3 n, dvec3 wo, dvec3 wi) {
-    const double COS_ALONG = 1e-9;
+    const double least = 1e-9; /* for wi in the surface: what is divided by it stays finite */
     const coat_normal *c = &b->coat;
     double cosine = dvec3_dot(c->n, wi);
     if (!(cosine > 0) || !(dvec3_dot(c->side, wi) > 0)) return (dvec3){0, 0, 0};
     return dvec3_scale(l->type->evaluate(l, b, c->n, wo, wi),
-                       cosine / double_max(fabs(dvec3_dot(n, wi)), COS_ALONG));
+                       cosine / double_max(fabs(dvec3_dot(n, wi)), least));
 }
 
 dvec3 bsdf_evaluate(const bsdf *b, lobe_set set, dvec3 n, dvec3 wo, dvec3 wi) {
@@ -105,18 +104,19 @@ static double coat_passing(const coating *c, double cosine) {
     return clamp01(1 - c->amount * kept);
 }
 
+static double cosine_with(const coating *c, const bsdf *b, dvec3 w, double cosine) {
+    return b->coat.own && !c->sheen ? double_max(dvec3_dot(b->coat.n, w), 0) : cosine;
+}
+
 double lobe_passing(const lobe *l, const bsdf *b, dvec3 wo, dvec3 wi, double cos_o, double cos_i) {
     double passing = 1;
     for (int i = 0; i < b->coat_count; i++) {
         const coating *c = &b->coats[i];
         if (!(l->coats >> i & 1)) continue;
-        bool own = b->coat.own && !c->sheen;
-        double from = coat_passing(c, own ? double_max(dvec3_dot(b->coat.n, wo), 0) : cos_o);
+        double from = coat_passing(c, cosine_with(c, b, wo, cos_o));
         /* What is beyond has the coats on the other side only once. */
-        if (cos_i > 0)
-            from = double_min(
-                from, coat_passing(c, own ? double_max(dvec3_dot(b->coat.n, wi), 0) : cos_i));
-        passing *= from;
+        passing *=
+            cos_i > 0 ? double_min(from, coat_passing(c, cosine_with(c, b, wi, cos_i))) : from;
     }
     return passing;
 }

@@ -9,11 +9,11 @@
  * Both parts' GGX is one lobe, Schlick's F from mix(f0, base_color) to mix(specular, 1). Where the
  * appendix weighs the layers below by 1 - F(v.h), at grazing angles twice what arrives may leave;
  * here they get what the layer above leaves by its albedo (microfacet.h, lobe_under; coats of
- * bsdf.h), as the appendix allows. A metal has what its facets scatter more than once. What
- * transmits has Fresnel's formulas instead of Schlick's fit, and neither specular factors nor grain
- * nor a film. Below facets with a grain lies what those of the smaller roughness leave, and below a
- * film what Schlick's fit that is nowhere less than its reflectance leaves: a little is lost, nothing
- * gained. */
+ * bsdf.h), as the appendix allows. The clearcoat reflects and leaves light by a normal of its own. A
+ * metal has what its facets scatter more than once. What transmits has Fresnel's formulas instead of
+ * Schlick's fit, and neither specular factors nor grain nor a film. Below facets with a grain lies
+ * what those of the smaller roughness leave, and below a film what Schlick's fit that is nowhere less
+ * than its reflectance leaves: a little is lost, nothing gained. */
 #include "materials/microfacet.h"
 #include "materials/material.h"
 #include "maths/functions.h"
