@@ -267,9 +267,9 @@ turntables() {
     run 0 tetra.gltf "${small[@]}" --turntable 4 --frame 3 -o third.png
     run 0 compare third.png tetra.0003.png
     run 0 tetra.gltf "${small[@]}" -o still.png
-    run 0 compare still.png tetra.0001.png # a turn begins where the picture is
+    run 1 compare still.png tetra.0001.png # all of a turn are seen from as far away as the widest needs
     run 0 tetra.gltf "${small[@]}" --turntable 36 --frame 10 --view 20,10 -o a.png
-    run 0 tetra.gltf "${small[@]}" --view 110,10 -o b.png # 90 degrees on
+    run 0 tetra.gltf "${small[@]}" --turntable 36 --frame 1 --view 110,10 -o b.png # 90 degrees on
     run 0 compare a.png b.png --max-rmse 0.02
     run 1 compare still.png tetra.0002.png
     run 0 my.lua "${small[@]}" --turntable 5 --frame 2 -o own.png # the file's own camera turns too
@@ -277,9 +277,7 @@ turntables() {
     run 1 compare own.png own1.png
     run 0 unlit.lua "${small[@]}" --turntable 4 -o 'ball.%04d.png' # the studio's light turns with it
     grep -c added err | grep -qx 1 || fail "what was added is not said once"
-    run 0 unlit.lua "${small[@]}" -o ball.png
-    run 0 compare ball.png ball.0001.png
-    run 0 compare ball.png ball.0003.png --max-rmse 0.02
+    run 0 compare ball.0001.png ball.0003.png --max-rmse 0.02
     run 0 my.lua "${small[@]}" --turntable 3 --json -o loads.apng # one load for all frames
     [ "$(grep -c '"load": 0.0,' out)" = 2 ] || fail "a frame of a turntable loads the file again"
     wrong "--turntable: its frames are 1 to 4, 5 is none" "" tetra.gltf --turntable 4 --frame 5

@@ -626,10 +626,13 @@ static void the_studio_turns_without_a_commit(void **state) {
     (void)state;
     uint64_t hash[3];
     for (int i = 0; i < 3; i++) {
-        const float from[2] = {i == 1 ? (float)(0.25 + 1.5) : 0.25f, 0.4f};
+        const snell_bounds bounds = {{-1, -1, -1}, {1, 1, 1}};
+        snell_view view = SNELL_INIT(view);
+        MUST(snell_view_frame(&view, &bounds, 0.25f, 0.4f, 1));
+        if (i == 1) MUST(snell_view_turn(&view, v3(0, 0, 0), 1.5f));
         rig_clear(&bench);
         add_sphere(&bench, v3(0, 0, 0), 1, (snell_material_id){0, 0});
-        MUST(snell_scene_add_studio(bench.scene, from, NULL));
+        MUST(snell_scene_add_studio(bench.scene, &view, NULL));
         commit();
         if (i == 2) MUST(snell_scene_turn_studio(bench.scene, 1.5));
         hash[i] = hash_from(0.25 + 1.5);
@@ -642,6 +645,79 @@ static void the_studio_turns_without_a_commit(void **state) {
     assert_int_equal(snell_scene_turn_studio(NULL, 1), SNELL_ERR_ARGUMENT);
     rig_clear(&bench);
     MUST(snell_scene_turn_studio(bench.scene, 1)); /* there is none */
+}
+
+/* How much of the picture's half width or half height a point lies from its middle; its depth. */
+static double off_center(const snell_view *v, snell_vec3 p, double aspect, double *depth) {
+    double back[3] = {(double)(v->from.x - v->at.x), (double)(v->from.y - v->at.y),
+                      (double)(v->from.z - v->at.z)};
+    double up[3] = {(double)v->up.x, (double)v->up.y, (double)v->up.z}, right[3], top[3];
+    double to[3] = {(double)(p.x - v->from.x), (double)(p.y - v->from.y),
+                    (double)(p.z - v->from.z)};
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        right[i] = up[j] * back[k] - up[k] * back[j];
+    }
+    for (int i = 0; i < 3; i++) {
+        int j = (i + 1) % 3, k = (i + 2) % 3;
+        top[i] = back[j] * right[k] - back[k] * right[j];
+    }
+    double x = 0, y = 0, z = 0, lengths[3] = {0};
+    for (int i = 0; i < 3; i++) {
+        x += right[i] * to[i], y += top[i] * to[i], z -= back[i] * to[i];
+        lengths[0] += right[i] * right[i], lengths[1] += top[i] * top[i];
+        lengths[2] += back[i] * back[i];
+    }
+    *depth = z / sqrt(lengths[2]);
+    double half = tan((double)v->fov / 2) * *depth;
+    return fmax(fabs(x / sqrt(lengths[0])) / (half * aspect), fabs(y / sqrt(lengths[1])) / half);
+}
+
+/* A cow once filled half the width: the sphere around its box was what had to fit. */
+static void a_framed_model_fills_the_picture(void **state) {
+    (void)state;
+    const snell_vec3 corners[5] = {v3(0, 0, 0), v3(9, 0, 0.5), v3(8, 1, 2), v3(1, 2, 1),
+                                   v3(99, 99, 99)}; /* the last unused */
+    const uint32_t faces[12] = {0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2};
+    const double away[2][2] = {{0, 0}, {1000, 2}}; /* the mesh is twice as large there */
+    for (int i = 0; i < 160; i++) {
+        double scale = i & 1 ? away[1][1] : 1, shift = i & 1 ? away[1][0] : 0, most = 0, depth;
+        float azimuth = 0.7f * (float)i,
+              elevation = i % 5 == 4 ? 1.5707964f : 0.3f * (float)(i % 5),
+              aspect = i % 3 == 0 ? 0.5f : (float)(i % 3);
+        bool turning = i >= 120;
+        rig_clear(&bench);
+        snell_transform to = {
+            {{(float)scale, 0, 0, (float)shift}, {0, (float)scale, 0, 0}, {0, 0, (float)scale, 0}}};
+        snell_instance_id id;
+        MUST(snell_scene_add_instance(bench.scene, add_mesh(&bench, corners, 5, faces, 12),
+                                      (snell_material_id){0, 0}, &to, &id));
+        snell_view view = SNELL_INIT(view);
+        view.fov = i % 7 == 6 ? 2.0f : 0.7f;
+        MUST(snell_view_frame_scene(&view, bench.scene, azimuth, elevation, aspect, turning));
+        snell_bounds b;
+        MUST(snell_scene_bounds(bench.scene, &b));
+        snell_vec3 center = {(b.min.x + b.max.x) / 2, (b.min.y + b.max.y) / 2,
+                             (b.min.z + b.max.z) / 2};
+        for (int turn = 0; turn < (turning ? 720 : 1); turn++) {
+            for (int k = 0; k < 4; k++) {
+                snell_vec3 p = v3(scale * (double)corners[k].x + shift,
+                                  scale * (double)corners[k].y, scale * (double)corners[k].z);
+                most = fmax(most, off_center(&view, p, (double)aspect, &depth));
+                assert_true(depth > 0);
+            }
+            if (turning) MUST(snell_view_turn(&view, center, 6.2831853f / 720));
+        }
+        assert_true(most < 0.9001);
+        if (view.fov < 1) assert_true(most > 0.899); /* a wide one may have to stay before it all */
+    }
+    snell_view view = SNELL_INIT(view);
+    assert_int_equal(snell_view_frame_scene(&view, bench.scene, 0, 0, 0, false),
+                     SNELL_ERR_ARGUMENT);
+    assert_int_equal(snell_view_frame_scene(NULL, bench.scene, 0, 0, 1, false), SNELL_ERR_ARGUMENT);
+    assert_int_equal(snell_view_frame_scene(&view, NULL, 0, 0, 1, false), SNELL_ERR_ARGUMENT);
+    rig_clear(&bench); /* what is not there fits */
+    MUST(snell_view_frame_scene(&view, bench.scene, 0, 0, 1, false));
 }
 
 /* ---- bad arguments ---- */
@@ -1101,6 +1177,7 @@ int main(void) {
         cmocka_unit_test_setup(a_cancelled_commit_says_so, fresh),
         cmocka_unit_test_setup(what_is_too_large_for_the_studio_says_so, fresh),
         cmocka_unit_test_setup(the_studio_turns_without_a_commit, fresh),
+        cmocka_unit_test_setup(a_framed_model_fills_the_picture, fresh),
         cmocka_unit_test_setup(bad_objects_are_refused, fresh),
         cmocka_unit_test_setup(nothing_shadows_itself, fresh),
     };

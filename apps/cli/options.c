@@ -87,8 +87,8 @@ const option_info option_table[] = {
      "a camera of the file, by name or by number from 1; all: a picture from each", VIEW,
      CMD_PICTURE, OPTION_PICTURE, NULL, false},
     {OPT_VIEW, "view", 0, "DIR", NULL,
-     "front, back, left, right, top, bottom, iso or AZ,EL in degrees: frame the whole model from "
-     "there",
+     "front, back, left, right, top, bottom, iso or AZ,EL in degrees: the whole model from there, "
+     "with a margin of 5 %",
      VIEW, CMD_PICTURE, OPTION_PICTURE, "front|back|left|right|top|bottom|iso", true},
     {OPT_FOV, "fov", 0, "DEG", "scene, 40", "vertical field of view", VIEW, CMD_PICTURE,
      OPTION_PICTURE, NULL, false},

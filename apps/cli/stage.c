@@ -160,47 +160,31 @@ static int choose_camera(stage *s) {
         s, snell_scene_get_camera(s->scene, (uint32_t)(number - 1), &info, &s->desc.camera));
 }
 
-/* From where everything is framed, azimuth and elevation, before it turns. */
-static const float *stage_direction(const stage *s) {
-    return s->values->has_view ? s->values->view : default_view;
-}
-
-/* Before anything was added. */
-static int find_bounds(stage *s) {
-    if (s->has_bounds) return EXIT_DONE;
-    s->has_bounds = true;
-    return stage_status(s, snell_scene_bounds(s->scene, &s->bounds));
-}
-
 /* Frames everything, for --view and for files without a camera; where there are only planes, a
- * box around the origin. All of --frames are seen as the first is, or the camera would jump. */
+ * box around the origin. All of --frames are seen as the first is, or the camera would jump, and a
+ * turntable's are as far from it. */
 static int frame_all(stage *s) {
     const render_values *v = s->values;
-    const float *from = stage_direction(s);
+    const float *from = v->has_view ? v->view : default_view;
     session *kept = s->session;
-    bool keep = v->many_frames && kept->turn == 0;
-    if (keep && kept->framed_file == s->input) {
+    if (v->many_frames && kept->framed_file == s->input) {
         s->view = kept->framed;
         return EXIT_DONE;
     }
-    int code = find_bounds(s);
-    if (code != EXIT_DONE) return code;
     s->view = SNELL_INIT(view);
     s->view.fov = v->fov > 0 ? v->fov : default_fov;
     float aspect = (float)s->desc.width / (float)s->desc.height;
-    float azimuth = (float)((double)from[0] + turned(s));
-    code = stage_status(s, snell_view_frame(&s->view, &s->bounds, azimuth, from[1], aspect));
-    if (code != EXIT_DONE || !keep) return code;
+    int code = stage_status(
+        s, snell_view_frame_scene(&s->view, s->scene, from[0], from[1], aspect, v->turntable > 0));
+    if (code != EXIT_DONE || !v->many_frames) return code;
     kept->framed_file = s->input;
     kept->framed = s->view;
     return code;
 }
 
-/* The file's own camera, around the middle of what there is. */
+/* Around the middle of what there is. */
 static int turn_view(stage *s) {
     const snell_bounds *b = &s->bounds;
-    int code = find_bounds(s);
-    if (code != EXIT_DONE) return code;
     snell_vec3 center = {0, 0, 0};
     if (b->min.x <= b->max.x)
         center = (snell_vec3){(b->min.x + b->max.x) / 2, (b->min.y + b->max.y) / 2,
@@ -217,7 +201,6 @@ static int choose_view(stage *s) {
     } else if (v->fov > 0 || v->turntable > 0) {
         code = stage_status(s, snell_scene_get_view(s->scene, s->desc.camera, &s->view));
         if (v->fov > 0) s->view.fov = v->fov;
-        if (code == EXIT_DONE && v->turntable > 0) code = turn_view(s);
     } else {
         return EXIT_DONE;
     }
@@ -225,33 +208,20 @@ static int choose_view(stage *s) {
     return code;
 }
 
-/* A file without a camera gets one, so that the studio lights for it. */
-static int add_camera(stage *s) {
-    snell_perspective_camera_desc camera = SNELL_INIT(perspective_camera_desc);
-    camera.from = s->view.from;
-    camera.at = s->view.at;
-    camera.up = s->view.up;
-    camera.fov = s->view.fov;
-    return stage_status(s, snell_scene_add_perspective_camera(s->scene, &camera, &s->desc.camera));
-}
-
 /* ---- load and light ---- */
 
 /* What the file lacked; a background that the command line gave was not added by the studio. Of frames, the first
  * says it for all. */
 static void say_added(stage *s) {
-    bool own_camera = s->camera_count > 0;
     bool later = s->values->many_frames && s->session->frame > s->values->frame_first;
     static const char background[] = "background";
-    char studio[64];
-    snprintf(studio, sizeof studio, "%s", s->studio == NULL ? "" : s->studio);
-    size_t length = strlen(studio), cut = sizeof background - 1;
+    const char *alone = s->camera_count > 0 ? "" : "camera";
+    snprintf(s->added, sizeof s->added, "%s", s->studio != NULL ? s->studio : alone);
+    size_t length = strlen(s->added), cut = sizeof background - 1;
     if (s->values->has_background && length >= cut &&
-        strcmp(studio + length - cut, background) == 0) {
-        studio[length > cut + 2 ? length - cut - 2 : 0] = '\0';
+        strcmp(s->added + length - cut, background) == 0) {
+        s->added[length > cut + 2 ? length - cut - 2 : 0] = '\0';
     }
-    snprintf(s->added, sizeof s->added, "%s%s%s", own_camera ? "" : "camera",
-             own_camera || studio[0] == '\0' ? "" : ", ", studio);
     if (s->added[0] != '\0' && !later) {
         const char *slash = strrchr(s->input, '/');
         report_note("added: %s (%s has none)", s->added,
@@ -333,12 +303,9 @@ int stage_load(stage *s, bool hashed) {
 static int dress(stage *s) {
     const render_values *v = s->values;
     snell_instance_id id;
-    int code = s->camera_count == 0 ? add_camera(s) : EXIT_DONE;
-    if (code == EXIT_DONE && !v->light_none && v->light_image == NULL) {
-        bool given = v->has_view || (v->turntable > 0 && s->camera_count == 0);
-        const float *from = given ? stage_direction(s) : NULL;
-        code = stage_status(s, snell_scene_add_studio(s->scene, from, &s->studio));
-    }
+    int code = EXIT_DONE;
+    if (!v->light_none && v->light_image == NULL)
+        code = stage_status(s, snell_scene_add_studio(s->scene, s->desc.view, &s->studio));
     if (code == EXIT_DONE && v->has_background) {
         code = stage_status(s, snell_scene_set_background(s->scene, v->background, 1));
     }
@@ -350,11 +317,15 @@ static int dress(stage *s) {
 
 /* The camera, and the studio's lights, which go where a turntable's camera goes. */
 static int look(stage *s, bool first) {
+    bool turns = s->values->turntable > 0;
     s->desc = s->usual;
     int code = choose_camera(s);
     if (code == EXIT_DONE) code = choose_view(s);
+    if (code == EXIT_DONE && first && turns)
+        code = stage_status(s, snell_scene_bounds(s->scene, &s->bounds));
     if (code == EXIT_DONE && first) code = dress(s);
-    if (code == EXIT_DONE && s->values->turntable > 0)
+    if (code == EXIT_DONE && turns) code = turn_view(s);
+    if (code == EXIT_DONE && turns)
         code = stage_status(s, snell_scene_turn_studio(s->scene, turned(s)));
     return code;
 }

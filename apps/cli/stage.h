@@ -21,8 +21,7 @@ typedef struct stage {
     const char *studio; /* what it added */
     char added[96];
     uint32_t camera_count; /* of the file */
-    bool has_bounds;
-    snell_bounds bounds; /* of what was loaded, where something asks for them */
+    snell_bounds bounds; /* of what was loaded, for a turntable */
     char camera[128];    /* its name, with --camera all */
 } stage;
 

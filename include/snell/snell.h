@@ -230,11 +230,11 @@ SNELL_API snell_status snell_scene_load(snell_scene *scene, const char *path,
 SNELL_API snell_status snell_scene_save(const snell_scene *scene, const char *path);
 
 /* The studio rig: a camera that frames everything, a key light over its shoulder, a fill and a
- * gradient that metals can reflect; only what the scene lacks. `view`, when not NULL, is the
- * direction {azimuth, elevation} in radians from which a missing camera looks, and from whose
- * shoulder the light comes even if there is a camera. `added` (may be
- * NULL) receives a static string such as "camera, lights", "" when nothing was added. */
-SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const float view[2],
+ * gradient that metals can reflect; only what the scene lacks. `view`, when not NULL, is what a
+ * missing camera sees, and over whose shoulder the light comes even if there is a camera. `added`
+ * (may be NULL) receives a static string such as "camera, lights", "" when nothing was added. */
+struct snell_view;
+SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const struct snell_view *view,
                                               const char **added);
 /* Turns the studio's lights about the vertical axis, as snell_view_turn turns a view: by `angle` radians from where
  * snell_scene_add_studio put them. Nothing happens where it added none. What is rendered next is lit so, without another
@@ -550,6 +550,13 @@ static inline snell_view snell_view_init(size_t struct_size) {
  * Keeps fov and up. */
 SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
                                         float elevation, float aspect);
+/* From the same direction as near as all that was added to the scene fits into a picture of that shape,
+ * with a margin of a twentieth of its width and height on each side: all vertices of meshes, the boxes
+ * of other shapes, of groups, and of meshes beyond the first 16 million corners of triangles. With
+ * `turning` it still fits when snell_view_turn turns the view around the bounds' center by any angle. */
+SNELL_API snell_status snell_view_frame_scene(snell_view *view, const snell_scene *scene,
+                                              float azimuth, float elevation, float aspect,
+                                              bool turning);
 /* Turns the camera around the vertical axis through `center` by an angle in radians, the way azimuth
  * grows. */
 SNELL_API snell_status snell_view_turn(snell_view *view, snell_vec3 center, float angle);

@@ -19,11 +19,9 @@ struct snell_context {
     pthread_mutex_t log_lock;
 };
 
-/* What snell_scene_add_studio lit for, and its lights by index; lit: it added some. */
+/* Whom snell_scene_add_studio lit for, and its lights by index; lit: it added some. */
 typedef struct studio {
-    bool lit, from_direction;
-    float direction[2];
-    bounds3 bounds; /* that the direction framed */
+    bool lit;
     snell_view eye;
     uint32_t key, fill;
 } studio;
@@ -82,6 +80,10 @@ void prepared_render_free(prepared_render *p);
 
 /* Bounds of everything that has bounds, before a commit. */
 bounds3 description_bounds(const description *d);
+/* snell_view_frame_scene */
+snell_status framing_of(const description *d, float azimuth, float elevation, float aspect,
+                        bool turning, snell_view *view);
+snell_status framing_too_large(bounds3 b);             /* the error */
 bool description_has_emission(const description *d);   /* some material shines */
 bool description_has_dielectric(const description *d); /* some material bounds a medium */
 
