@@ -343,6 +343,20 @@ surroundings() {
     printf '\0' | dd of=white.pfm bs=1 seek=23 conv=notrunc 2>err
     run 3 explain a.png 20 15
     says "changed"
+    # A white disk that faces the sun of --light sky is as bright as one that faces the studio's key.
+    echo 'disk { normal = {-0.49, 0.643, 0.588}, material = material.lambert { color = 1 } }' >disk.lua
+    run 0 disk.lua "${small[@]}" --view front --light sky -o day.pfm
+    says "added: camera, sun and sky (disk.lua has none)"
+    pixel 20 15 40 30 day.pfm | awk '{ exit !($1 > 0.9 && $1 < 1.3 && $3 > 0.9 && $3 < 1.3) }' ||
+        fail "--light sky makes white $(pixel 20 15 40 30 day.pfm)"
+    pixel 1 1 40 30 day.pfm | awk '{ exit !($3 > 2 * $1) }' || fail "the sky is not blue"
+    run 0 disk.lua "${small[@]}" --view front --light sky --background '#000' -o night.pfm
+    near 1 1 night.pfm 0 0 0
+    [ "$(pixel 20 15 40 30 night.pfm)" = "$(pixel 20 15 40 30 day.pfm)" ] || fail "a background changes the sky's light"
+    run 0 disk.lua "${small[@]}" --light sky -o day.png
+    run 0 explain day.png 20 15
+    run 0 my.lua "${small[@]}" --light sky # it has lights
+    grep -q "sky" err && fail "a sky for a scene that has lights"
     wrong "--light: there is no light 'sun'" "sky.hdr" unlit.lua --light sun
     run 5 unlit.lua "${small[@]}" --light no.hdr -o c.png
     absent c.png

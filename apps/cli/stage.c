@@ -304,7 +304,10 @@ static int dress(stage *s) {
     const render_values *v = s->values;
     snell_instance_id id;
     int code = EXIT_DONE;
-    if (!v->light_none && v->light_image == NULL)
+    if (v->light_sky)
+        code = stage_status(
+            s, snell_scene_add_daylight(s->scene, s->desc.view, !v->has_background, &s->studio));
+    else if (!v->light_none && v->light_image == NULL)
         code = stage_status(s, snell_scene_add_studio(s->scene, s->desc.view, &s->studio));
     if (code == EXIT_DONE && v->has_background) {
         code = stage_status(s, snell_scene_set_background(s->scene, v->background, 1));

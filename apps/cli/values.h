@@ -28,7 +28,7 @@ typedef struct render_values {
     float fov;     /* radians; 0: not given */
     bool has_ground;
     snell_vec3 ground;
-    bool light_none;
+    bool light_none, light_sky;
     const char *light_image;     /* NULL: none */
     snell_integrator integrator; /* 0: not given */
     uint32_t samples;            /* 0: not given */

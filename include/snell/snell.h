@@ -236,6 +236,11 @@ SNELL_API snell_status snell_scene_save(const snell_scene *scene, const char *pa
 struct snell_view;
 SNELL_API snell_status snell_scene_add_studio(snell_scene *scene, const struct snell_view *view,
                                               const char **added);
+/* The same under a clear sky by day, with the sun over the view's left shoulder, 40 degrees high; on a
+ * white surface that faces the sun they add up to a radiance of about 1. `visible`: the camera sees the
+ * sky, otherwise the background. snell_scene_turn_studio leaves it where it is. */
+SNELL_API snell_status snell_scene_add_daylight(snell_scene *scene, const struct snell_view *view,
+                                                bool visible, const char **added);
 /* Turns the studio's lights about the vertical axis, as snell_view_turn turns a view: by `angle` radians from where
  * snell_scene_add_studio put them. Nothing happens where it added none. What is rendered next is lit so, without another
  * commit. */

@@ -5,6 +5,8 @@
 
 #include "api/api.h"
 #include "base/memory.h"
+#include "lights/light.h"
+#include "lights/sky.h"
 #include "maths/functions.h"
 #include "scene/settings.h"
 
@@ -52,15 +54,19 @@ typedef struct rig {
     snell_param key[2], fill; /* of a directional light and a headlight */
 } rig;
 
-/* A key over the camera's left shoulder, and a fill at the camera that casts no shadow. On a white
- * surface that faces the key they add up to a radiance of about 1. */
-static snell_status studio_rig(const snell_scene *s, const snell_view *view, rig *out) {
+/* To the light over the camera's left shoulder. */
+static dvec3 to_key(const snell_view *view) {
     dvec3 back = dvec3_normalize(dvec3_sub(dvec3_from(view->from), dvec3_from(view->at)));
     dvec3 right = dvec3_normalize(dvec3_cross(dvec3_from(view->up), back)),
           up = dvec3_cross(back, right);
-    dvec3 key = dvec3_add(dvec3_add(dvec3_scale(back, 0.9), dvec3_scale(up, 1.0)),
-                          dvec3_scale(right, -0.75));
-    vec3 direction = vec3_from(dvec3_negate(dvec3_normalize(key)));
+    return dvec3_normalize(dvec3_add(dvec3_add(dvec3_scale(back, 0.9), dvec3_scale(up, 1.0)),
+                                     dvec3_scale(right, -0.75)));
+}
+
+/* The key, and a fill at the camera that casts no shadow. On a white surface that faces the key they
+ * add up to a radiance of about 1. */
+static snell_status studio_rig(const snell_scene *s, const snell_view *view, rig *out) {
+    vec3 direction = vec3_from(dvec3_negate(to_key(view)));
     dvec3 offset = dvec3_sub(dvec3_from(view->from), dvec3_from(view->at));
     double intensity = 0.8 * dvec3_dot(offset, offset);
     *out = (rig){{{.name = "direction", .kind = SNELL_PARAM_VEC3, .value.v = direction},
@@ -82,7 +88,37 @@ static snell_status studio_lights(snell_scene *s, studio *at) {
     return SNELL_OK;
 }
 
-static snell_status add_studio(snell_scene *s, const snell_view *view, const char **added) {
+/* The sun where the key would be, but never low, and the sky around it; of their colours as they are,
+ * and so bright that the sun alone makes white 0.8. */
+static snell_status daylight_lights(snell_scene *s, const snell_view *view, bool visible) {
+    const double turbidity = 3, height = 40 * PI / 180;
+    dvec3 key = to_key(view), sun = {key.x, 0, key.z};
+    if (!(dvec3_length(sun) > 1e-3)) sun = (dvec3){0, 0, 1};
+    sun = dvec3_scale(dvec3_normalize(sun), fn_cos(height));
+    sun.y = fn_sin(height);
+    dvec3 sunlight = sky_sun_irradiance(sun.y, turbidity);
+    double scale = 0.8 * PI / LUMINANCE(sunlight);
+    const snell_param sky[] = {
+        {.name = "sun", .kind = SNELL_PARAM_VEC3, .value.v = vec3_from(sun)},
+        {.name = "turbidity", .kind = SNELL_PARAM_FLOAT, .value.f = turbidity},
+        {.name = "scale", .kind = SNELL_PARAM_FLOAT, .value.f = scale},
+        {.name = "visible", .kind = SNELL_PARAM_BOOL, .value.b = visible}};
+    const snell_param disk[] = {
+        {.name = "direction", .kind = SNELL_PARAM_VEC3, .value.v = vec3_from(dvec3_negate(sun))},
+        {.name = "irradiance",
+         .kind = SNELL_PARAM_VEC3,
+         .value.v = vec3_from(dvec3_scale(sunlight, scale))},
+        {.name = "angle", .kind = SNELL_PARAM_FLOAT, .value.f = SUN_ANGLE},
+        {.name = "visible", .kind = SNELL_PARAM_BOOL, .value.b = visible}};
+    snell_light_id id;
+    snell_status status = snell_scene_add_light(s, "sky", sky, 4, &id);
+    return status ? status : snell_scene_add_light(s, "directional", disk, 4, &id);
+}
+
+enum rig_kind { RIG_STUDIO, RIG_DAYLIGHT, RIG_DAYLIGHT_HIDDEN };
+
+static snell_status add_studio(snell_scene *s, const snell_view *view, enum rig_kind kind,
+                               const char **added) {
     static const char *const texts[] = {"",
                                         "camera",
                                         "lights",
@@ -90,7 +126,9 @@ static snell_status add_studio(snell_scene *s, const snell_view *view, const cha
                                         "background",
                                         "camera, background",
                                         "lights, background",
-                                        "camera, lights, background"};
+                                        "camera, lights, background",
+                                        [8 + 2] = "sun and sky",
+                                        "camera, sun and sky"};
     const description *d = s->description;
     bool has_background = description_setting(d, "background") != NULL;
     /* What glows in a model lights nothing else in appel and whitted: a label must not leave the
@@ -101,22 +139,34 @@ static snell_status add_studio(snell_scene *s, const snell_view *view, const cha
     /* A scene program that says anything about light means it; a model's parts are filled in one by
      * one. */
     bool wants_light = !has_light && (d->is_model || !has_background);
-    bool wants_background = !has_background && (d->is_model || wants_light);
+    bool by_day = wants_light && kind != RIG_STUDIO;
+    bool wants_background = !has_background && !by_day && (d->is_model || wants_light);
     bool camera_added = false;
     studio made = {.lit = false};
     snell_status status = studio_camera(s, view, &camera_added, &made.eye);
-    if (!status && wants_light) status = studio_lights(s, &made);
+    if (!status && by_day) status = daylight_lights(s, &made.eye, kind == RIG_DAYLIGHT);
+    if (!status && wants_light && !by_day) status = studio_lights(s, &made);
     if (!status && wants_light) s->studio = made;
     if (!status && wants_background)
         status = snell_scene_set_background_gradient(s, STUDIO_BOTTOM, STUDIO_TOP);
-    if (!status && added) *added = texts[camera_added + 2 * wants_light + 4 * wants_background];
+    if (!status && added)
+        *added = texts[camera_added + 2 * wants_light + 4 * wants_background + 8 * by_day];
     return status;
 }
 
 snell_status snell_scene_add_studio(snell_scene *s, const snell_view *view, const char **added) {
     if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
     unsigned saved = floatenv_enter();
-    snell_status status = add_studio(s, view, added);
+    snell_status status = add_studio(s, view, RIG_STUDIO, added);
+    floatenv_leave(saved);
+    return status;
+}
+
+snell_status snell_scene_add_daylight(snell_scene *s, const snell_view *view, bool visible,
+                                      const char **added) {
+    if (s == NULL) return error_set(SNELL_ERR_ARGUMENT, NULL, "scene is NULL");
+    unsigned saved = floatenv_enter();
+    snell_status status = add_studio(s, view, visible ? RIG_DAYLIGHT : RIG_DAYLIGHT_HIDDEN, added);
     floatenv_leave(saved);
     return status;
 }
