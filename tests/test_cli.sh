@@ -395,6 +395,9 @@ aovs() {
     exists numbers.normal.pfm
     run 2 my.lua "${small[@]}" -o numbers.pfm --aov normal,crypto_object
     says "--aov: 'crypto_object' has more channels than a .pfm"
+    run 0 my.lua -n 1 -s 8x6 -o every.png --aov all --json
+    jq -r '.aovs[].name' out | sed 's/\..*//' | sort -u | cmp -s - <(cut -d' ' -f3 listed | grep . | sort -u) ||
+        fail "--aov all is not all: $(jq -c '[.aovs[].name]' out)"
     run 2 my.lua "${small[@]}" -o bad.png --aov depth,nromal
     says "--aov: there is no 'nromal'"
     says "did you mean 'normal'?"
@@ -462,6 +465,11 @@ aovs() {
 
 # ---- input ---------------------------------------------------------------------------------------
 input() {
+    # a name that is nearly that of a file
+    refuses 5 "cannot open 'mi.lua': No such file or directory" "did you mean 'my.lua'?" mi.lua
+    refuses 5 "cannot open './mi.lua'" "did you mean './my.lua'?" info ./mi.lua
+    refuses 5 "cannot open 'nowhere/my.lua'" "" nowhere/my.lua
+    grep -q "did you mean" err && fail "a file in a folder that is not there is near"
     run 3 bad.lua
     says "snell: bad.lua:2"
     says "radus"
@@ -613,9 +621,19 @@ contents() {
     run 4 render ./picture
     says "this is a picture"
     printf '#?RADIANCE\n\n-Y 1 +X 1\n' >sky.hdr
-    run 4 info sky.hdr
+    run 4 render sky.hdr
     says "this is a Radiance HDR picture"
     says "snell help environment"
+    refuses 3 "ends early" "" info sky.hdr
+    printf '\200\100\100\202' >>sky.hdr
+    run 0 info sky.hdr # they once were taken for models
+    prints "hdr picture, 1x1, 3 channels of 8 bits"
+    prints "values      1 to 2"
+    run 0 info sky.hdr --json
+    [ "$(jq -c '[.format, .range]' out)" = '["hdr",[1,2]]' ] || fail "info --json says of an HDR: $(cat out)"
+    run 0 convert sky.hdr sky.pfm
+    run 0 info sky.pfm
+    prints "values      1 to 2"
     printf 'print("a", "b")\nsphere { }\n' >print.lua
     run 0 print.lua -n 1 -s 8x8
     says "snell: print.lua:1: a b"

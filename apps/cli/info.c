@@ -1,9 +1,12 @@
 /* snell info: what is in a model, a scene or a picture. */
 #include <inttypes.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 
 #include "commands.h"
+#include "output.h"
 #include "progress.h"
 #include "report.h"
 #include "session.h"
@@ -108,14 +111,16 @@ static void print_noise(const json_t *noise) {
            100 * bound, 100 * confidence, done, blocks);
 }
 
-static void print_picture(const char *path, const snell_picture_info *info) {
+/* range: NULL: not known */
+static void print_picture(const char *path, const snell_picture_info *info, const float *range) {
     text_print_safe(stdout, path);
     printf(": %s picture, %" PRIu32 "x%" PRIu32 ", %" PRIu32 " channels of %" PRIu32 " bits",
            info->format, info->width, info->height, info->channels, info->bits);
     if (info->frames > 0)
         printf(", %" PRIu32 " frame%s", info->frames, info->frames > 1 ? "s" : "");
     putchar('\n');
-    print_layers(info->layers);
+    if (range != NULL) printf("%-11s %.6g to %.6g\n", "values", (double)range[0], (double)range[1]);
+    if (info->layers != NULL) print_layers(info->layers);
     if (info->tag == NULL || info->tag[0] == '\0') {
         puts("  it does not say how it was made");
         return;
@@ -137,10 +142,66 @@ static void print_picture(const char *path, const snell_picture_info *info) {
     json_decref(tag);
 }
 
-static int picture_info(const char *path, json_t *root) {
+/* The least and the largest of a picture's floats, numbers that they are; false: there is none. */
+static bool find_range(const snell_film *film, float out[2]) {
+    uint32_t width, height, channels;
+    const float *pixels = snell_film_pixels(film, &width, &height, &channels);
+    uint32_t colors = channels == 2 || channels == 4 ? channels - 1 : channels; /* no alpha */
+    out[0] = INFINITY, out[1] = -INFINITY;
+    for (size_t i = 0; i < (size_t)width * height; i++)
+        for (uint32_t c = 0; c < colors; c++) {
+            float x = pixels[i * channels + c];
+            if (!isfinite(x)) continue;
+            out[0] = x < out[0] ? x : out[0];
+            out[1] = x > out[1] ? x : out[1];
+        }
+    return out[0] <= out[1];
+}
+
+static bool is_hdr(const char *path) {
+    const char *extension = output_extension(path);
+    return strcasecmp(extension, "hdr") == 0;
+}
+
+/* What pictures of floats hold; of a Radiance HDR, which has no tag, all else too. An EXR may have
+ * layers alone, and no colours. */
+static int read_floats(session *s, const char *path, snell_picture_info *info, float range[2],
+                       bool *has_range) {
+    bool hdr = is_hdr(path), exr = strcmp(info->format, "exr") == 0;
+    if (!hdr && !exr && strcmp(info->format, "pfm") != 0) return EXIT_DONE;
+    snell_film_read_desc desc = SNELL_INIT(film_read_desc);
+    desc.memory_max = s->memory_max;
+    desc.progress = progress_report;
+    snell_film *film = NULL;
+    snell_status status = snell_film_create(s->context, &film);
+    if (status == SNELL_OK) status = snell_film_read(film, path, &desc);
+    int code = signals_caught() != 0       ? EXIT_SOME_FAILED
+               : status == SNELL_OK || exr ? EXIT_DONE
+                                           : report_status(status, path);
+    *has_range = status == SNELL_OK && find_range(film, range);
+    if (status == SNELL_OK && hdr) {
+        snprintf(info->format, sizeof info->format, "hdr");
+        snell_film_pixels(film, &info->width, &info->height, &info->channels);
+        info->bits = 8; /* beside an exponent for all three */
+    }
+    snell_film_destroy(film);
+    return code;
+}
+
+static int picture_info(session *s, const char *path, json_t *root) {
     snell_picture_info info = {.struct_size = sizeof info};
-    snell_status status = snell_picture_read_info(path, &info);
+    float range[2];
+    bool has_range = false;
+    int code = session_check_file(path);
+    if (code != EXIT_DONE) return code;
+    snell_status status = is_hdr(path) ? SNELL_OK : snell_picture_read_info(path, &info);
     if (status != SNELL_OK) return report_status(status, path);
+    code = read_floats(s, path, &info, range, &has_range);
+    if (code != EXIT_DONE) {
+        snell_free(info.tag);
+        snell_free(info.layers);
+        return code;
+    }
     if (report_json()) {
         bool made = info.tag != NULL && info.tag[0] != '\0';
         json_t *tag = made ? json_loads(info.tag, 0, NULL) : NULL;
@@ -151,11 +212,14 @@ static int picture_info(const char *path, json_t *root) {
         json_object_set_new(root, "channels", json_integer(info.channels));
         json_object_set_new(root, "bits", json_integer(info.bits));
         if (info.frames > 0) json_object_set_new(root, "frames", json_integer(info.frames));
-        json_object_set_new(root, "layers", json_layers(info.layers));
+        if (has_range)
+            json_object_set_new(root, "range",
+                                json_pack("[f,f]", (double)range[0], (double)range[1]));
+        json_object_set_new(root, "layers", json_layers(info.layers != NULL ? info.layers : ""));
         if (tag == NULL) tag = made ? report_text(info.tag) : json_null();
         json_object_set_new(root, "made", tag);
     } else {
-        print_picture(path, &info);
+        print_picture(path, &info, has_range ? range : NULL);
     }
     snell_free(info.tag);
     snell_free(info.layers);
@@ -354,7 +418,8 @@ static int file_info(session *s, const char *path, json_t *results) {
     json_t *root = json_object();
     json_object_set_new(root, "schema", json_integer(1));
     json_object_set_new(root, "file", report_text(path));
-    int code = tag_is_picture(path) ? picture_info(path, root) : scene_info(s, path, root);
+    int code = tag_is_picture(path) || is_hdr(path) ? picture_info(s, path, root)
+                                                    : scene_info(s, path, root);
     json_t *error = report_take_error();
     if (error != NULL) json_object_set_new(root, "error", error);
     json_object_set_new(root, "warnings", report_take_warnings());

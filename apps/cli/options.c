@@ -41,8 +41,8 @@ const option_info option_table[] = {
     {OPT_STRIP, "strip", 0, NULL, NULL, "leave out the tag that tells how the picture was made",
      OUTPUT, CMD_RENDER | CMD_CONVERT, 0, NULL, false},
     {OPT_AOV, "aov", 0, "LIST", "scene, none",
-     "layers beside the picture, as in depth,normal: in the .exr, or OUT.depth.png; 'list' shows "
-     "all",
+     "layers beside the picture, as in depth,normal, or all: in the .exr, or OUT.depth.png; 'list' "
+     "shows them",
      OUTPUT, CMD_PICTURE, OPTION_PICTURE, NULL, false},
     {OPT_ERROR, "error", 0, "FILE", NULL,
      "a picture of the errors; .exr and .pfm hold their numbers, .png and .ppm show them", OUTPUT,
@@ -255,7 +255,8 @@ const command_info command_table[] = {
     {CMD_INFO, "info", "FILE...", "what is in this model, scene or picture",
      "what is in a model, a scene or a picture\n"
      "Of a model or scene: format, counts, bounds, cameras, lights, materials, the values that it "
-     "takes from -D. Of a picture: its size, and the command that makes it again.",
+     "takes from -D. Of a picture: its size, of floats the least and the largest value, and the "
+     "command that makes it again.",
      NULL, "snell info duck.glb\nsnell info duck.png\nsnell info balls.lua --json"},
     {CMD_COMPARE, "compare", "A B", "how far apart are two pictures",
      "say how far two pictures are apart\n"

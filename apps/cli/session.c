@@ -1,5 +1,6 @@
 #include "session.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -250,7 +251,8 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
     desc.format = o->value[OPT_INPUT_FORMAT];
     desc.up = o->value[OPT_UP];
     desc.frame = s->frame;
-    desc.next_frame = s->next_frame || (o->value[OPT_AOV] && strstr(o->value[OPT_AOV], "motion"));
+    const char *aov = o->value[OPT_AOV];
+    desc.next_frame = s->next_frame || (aov && (strstr(aov, "motion") || strstr(aov, "all")));
     desc.memory_max = s->memory_max;
     desc.progress = progress_report;
     snell_status status = snell_scene_load(scene, path, &desc);
@@ -264,9 +266,40 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
     return code == EXIT_DONE && s->frame > 0 ? check_has_frames(scene, path) : code;
 }
 
+/* A name that is nearly that of a file in the same folder; the caller's. */
+static char *near_file(const char *path) {
+    const char *slash = strrchr(path, '/'), *name = slash == NULL ? path : slash + 1;
+    size_t length = (size_t)(name - path);
+    char *folder = length > 0 ? strndup(path, length) : strdup("."), *near = NULL;
+    DIR *dir = folder != NULL ? opendir(folder) : NULL;
+    for (struct dirent *at; dir != NULL && (at = readdir(dir)) != NULL;) {
+        const char *names[] = {at->d_name, near};
+        if (at->d_name[0] == '.' || text_closest(name, names, near == NULL ? 1 : 2) != names[0])
+            continue;
+        free(near);
+        near = strdup(at->d_name);
+    }
+    if (dir != NULL) closedir(dir);
+    free(folder);
+    char *whole = near != NULL ? malloc(length + strlen(near) + 1) : NULL;
+    if (whole != NULL) sprintf(whole, "%.*s%s", (int)length, path, near);
+    free(near);
+    return whole;
+}
+
+int session_check_file(const char *path) {
+    if (strcmp(path, "-") == 0 || access(path, F_OK) == 0 || errno != ENOENT) return EXIT_DONE;
+    char *near = near_file(path), hint[400];
+    if (near != NULL) snprintf(hint, sizeof hint, "did you mean '%.380s'?", near);
+    int code = report_error(EXIT_IO, near != NULL ? hint : NULL, "cannot open '%s': %s", path,
+                            strerror(ENOENT));
+    free(near);
+    return code;
+}
+
 int session_input(session *s, const char *path, const char **real) {
     *real = path;
-    if (strcmp(path, "-") != 0) return EXIT_DONE;
+    if (strcmp(path, "-") != 0) return session_check_file(path);
     int code = s->spool_file == NULL ? spool_input(s) : EXIT_DONE;
     *real = s->spool_file;
     report_alias(s->spool_file, session_label(path));

@@ -26,6 +26,9 @@ int session_open(session *s, const options *o);
 void session_close(session *s);
 /* Reads a file, or standard input when path is "-", into a new scene. */
 int session_load(session *s, const char *path, snell_scene **out);
+/* One that is not there is an error, which names one that is and is nearly called so; also of the calls
+ * that open one. */
+int session_check_file(const char *path);
 /* The same of a scene program's text, which messages call `name`. */
 int session_load_text(session *s, const char *name, const unsigned char *text, size_t size,
                       snell_scene **out);

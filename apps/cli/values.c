@@ -361,6 +361,7 @@ static int check_aov(const char *name, size_t length) {
     char word[48], hint[96] = "'snell help aovs' lists them";
     size_t count = 0;
     snprintf(word, sizeof word, "%.*s", (int)length, name);
+    if (strcmp(word, "all") == 0) return EXIT_DONE;
     while (count < 64 && (names[count] = snell_aov_name((uint32_t)count, NULL, NULL)) != NULL)
         if (strcmp(names[count++], word) == 0) return EXIT_DONE;
     near = text_closest(word, names, count);

@@ -28,6 +28,11 @@ snell_status aov_parse(const char *list, aov_set *out) {
         size_t span = strcspn(at, ","), length = span;
         while (length > 0 && at[length - 1] == ' ') length--;
         int i = 0;
+        if (length == 3 && memcmp(at, "all", length) == 0) {
+            *out |= ((aov_set)1 << AOV_COUNT) - 1;
+            at += span + (at[span] == ',');
+            continue;
+        }
         while (i < AOV_COUNT &&
                (strlen(aov_table[i].name) != length || memcmp(aov_table[i].name, at, length) != 0))
             i++;
