@@ -277,10 +277,9 @@ LUA
     prints "--frame=4"
     run 0 spin.lua "${small[@]}" --frames 1..2 --json
     [ "$(grep -c '"image_hash"' out)" -eq 2 ] || fail "--frames --json has not two pictures"
-    run 1 spin.lua "${small[@]}" --frames 5..6 -o shots/x.png
-    exists shots/x.0005.png
-    says "frame 6: the animation has frames 1 to 5"
-    says "1 of 2 pictures failed"
+    run 2 spin.lua "${small[@]}" --frames 5..6 -o shots/x.png # said before frame 5 is made
+    absent shots/x.0005.png
+    says "--frames: spin.lua has frames 1 to 5, 6 is none"
     run 2 spin.lua --frame 6
     run 2 spin.lua --frame 0
     run 2 spin.lua --frames 3
@@ -550,6 +549,10 @@ stopping() {
 }
 
 texts() {
+    for command in 'info my.lua' 'info my.lua --json' help 'example hello' 'explain my.lua 3 3 -s 8x8' 'help -h'; do
+        $snell $command >/dev/full 2>err && fail "snell $command: a full disk is no error"
+        says "standard output cannot be written: No space left on device"
+    done
     run 0 --version
     prints "snell 0."
     prints "kernels"
@@ -620,6 +623,11 @@ contents() {
     printf 'RIFF0000WEBPVP8 ' >picture
     run 4 render ./picture
     says "this is a picture"
+    printf 'solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a\n' >a.stl
+    run 0 a.stl -n 1 -s 8x8
+    says "added: camera, lights, background (a.stl has none); if it lies on its side: --up y"
+    run 0 a.stl -n 1 -s 8x8 --up y
+    grep -q "side" err && fail "--up is asked for where it was given"
     printf '#?RADIANCE\n\n-Y 1 +X 1\n' >sky.hdr
     run 4 render sky.hdr
     says "this is a Radiance HDR picture"

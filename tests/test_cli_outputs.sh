@@ -250,6 +250,10 @@ stopping() {
     run 0 info long.partial.apng
     prints ", [0-9]+ frames?$"
     ls -A | grep -q '\.tmp$' && fail "a temporary file is left"
+    (trap "" XFSZ; ulimit -f 8; "$snell" my.lua -s 160x120 -n 1 --turntable 30 -o full.apng 2>err) && fail "written, and there was no room"
+    says_by=E says "stopped after [1-9][0-9]* of 30 frames; nothing was written"
+    [ "$(grep -c 'cannot write' err)" = 1 ] || fail "a full disk is not said once"
+    ls -A | grep -q '\.tmp$' && fail "a temporary file is left"
 }
 
 turntables() {

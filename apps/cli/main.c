@@ -1,4 +1,5 @@
 /* snell: the command. It knows the library only by <snell/snell.h>. */
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -28,9 +29,10 @@ static int dispatch(const options *o) {
 
 /* Text that could not be written is an error too: a full disk must not look like success. */
 static int finish_output(int code) {
-    if (fflush(stdout) == 0 && ferror(stdout) == 0) return code;
-    return code != EXIT_DONE ? code
-                             : report_error(EXIT_IO, NULL, "standard output cannot be written");
+    bool lost = ferror(stdout) != 0;
+    errno = 0; /* what an earlier write met is not known where this one succeeds */
+    if (fflush(stdout) == 0 && !lost) return code;
+    return code != EXIT_DONE ? code : report_no_output(errno);
 }
 
 int main(int argc, char **argv) {

@@ -478,7 +478,7 @@ int output_write(const output *out, const snell_film *film, const snell_image_de
     int error = errno;
     snell_free(data);
     if (written) return EXIT_DONE;
-    return report_error(EXIT_IO, NULL, "standard output cannot be written: %s", strerror(error));
+    return report_no_output(error);
 }
 
 char *output_partial_path(const output *out) {

@@ -292,6 +292,18 @@ static void say_done(const job *j) {
                 integrator_name(j->stage.desc.integrator), samples, total < 10 ? 2 : 1, total);
 }
 
+/* All pixels have some samples, and --noise or --time-limit wanted more. */
+static void say_stopped_between(const job *j) {
+    const snell_render_stats *s = &j->stats;
+    char under[64] = "";
+    if (s->noise_blocks > 0)
+        snprintf(under, sizeof under, ", %.3g %% of the blocks under %g %%",
+                 floor(1000 * (double)s->noise_blocks_done / (double)s->noise_blocks) / 10,
+                 100 * (double)j->stage.desc.noise);
+    report_note("stopped after %.*f samples a pixel%s; the picture is in %s",
+                s->samples_mean < 100 ? 1 : 0, s->samples_mean, under, j->partial);
+}
+
 static void say_stopped(const job *j) {
     double done = 0;
     uint32_t width = 0, height = 0;
@@ -301,8 +313,11 @@ static void say_stopped(const job *j) {
     }
     snell_film_pixels(j->film, &width, &height, NULL);
     if (width > 0 && height > 0) done = (double)j->stats.pixels_done / ((double)width * height);
-    report_note("stopped with %d %% of the pixels done; they are in %s", (int)(done * 100),
-                j->partial);
+    if (in_rounds(j) && done >= 1)
+        say_stopped_between(j);
+    else
+        report_note("stopped with %d %% of the pixels done; they are in %s", (int)(done * 100),
+                    j->partial);
 }
 
 static void set_count(json_t *object, const char *key, uint64_t value) {
@@ -442,8 +457,9 @@ static void say_movie(const run *r, uint32_t wanted) {
                 m->samples, m->samples == 1 ? "" : "s", m->seconds < 10 ? 2 : 1, m->seconds);
 }
 
-/* The whole file, or what is done of it in OUT.partial.EXT. */
-static int end_movie(run *r, uint32_t wanted) {
+/* The whole file, or what is done of it in OUT.partial.EXT. `before`: how the frames ended; a disk that
+ * is full for a frame is full here too, and was reported. */
+static int end_movie(run *r, uint32_t wanted, int before) {
     movie_progress *m = &r->done;
     int code = EXIT_DONE;
     if (r->movie == NULL) return EXIT_DONE; /* not even one frame */
@@ -453,7 +469,8 @@ static int end_movie(run *r, uint32_t wanted) {
     if (partial && code == EXIT_DONE) code = output_check_owner(&m->output, path);
     if (code == EXIT_DONE && m->frames > 0) {
         snell_status status = snell_movie_finish(r->movie, path);
-        if (status != SNELL_OK) code = report_status(status, m->output.path);
+        if (status != SNELL_OK)
+            code = before == EXIT_IO ? before : report_status(status, m->output.path);
         if (status == SNELL_OK && partial) {
             m->partial = path;
             path = NULL;
@@ -507,7 +524,7 @@ static int render_frames(run *r, const char *input, bool whole, uint32_t *camera
         if (movie && code != EXIT_DONE) break; /* a film with a hole in it helps nobody */
         if (code == EXIT_USAGE) break;         /* the next do not exist either */
     }
-    int ended = movie ? end_movie(r, frames) : EXIT_DONE;
+    int ended = movie ? end_movie(r, frames, code) : EXIT_DONE;
     r->failed += code == EXIT_DONE && ended != EXIT_DONE;
     output_free(&r->done.output);
     if (report_json() && r->done.partial != NULL)
@@ -558,6 +575,7 @@ static int render_all(session *s, const render_values *values, const batch *b) {
     const string_list *files = &b->options.operands;
     uint32_t frames = values->many_frames ? values->frame_last - values->frame_first + 1 : 1;
     r.planned = files->count * frames;
+    if (values->many_frames && values->turntable == 0) s->frame_last = values->frame_last;
     snell_status status = snell_film_create(s->context, &r.film);
     int code = status == SNELL_OK ? EXIT_DONE : report_status(status, NULL);
     for (size_t i = 0; r.film != NULL && i < files->count && signals_caught() == 0; i++)

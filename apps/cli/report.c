@@ -1,5 +1,6 @@
 #include "report.h"
 
+#include <errno.h>
 #include <pthread.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -184,6 +185,11 @@ int report_error(int code, const char *hint, const char *format, ...) {
     return keep_error(code, code_word(code), &m);
 }
 
+int report_no_output(int number) {
+    return report_error(EXIT_IO, NULL, "standard output cannot be written%s%s",
+                        number != 0 ? ": " : "", number != 0 ? strerror(number) : "");
+}
+
 int report_status(snell_status status, const char *path) {
     return report_status_as(status_code(status), status, path);
 }
@@ -295,12 +301,12 @@ json_t *report_take_error(void) {
 
 static int emit(json_t *object, int code, size_t precision) {
     state.emitted = true;
+    errno = 0;
     bool written = object != NULL &&
                    json_dumpf(object, stdout, JSON_INDENT(2) | JSON_REAL_PRECISION(precision)) == 0;
     json_decref(object);
     if (written && fputc('\n', stdout) != EOF && fflush(stdout) == 0) return code;
-    return code != EXIT_DONE ? code
-                             : report_error(EXIT_IO, NULL, "standard output cannot be written");
+    return code != EXIT_DONE ? code : report_no_output(errno);
 }
 
 int report_emit(json_t *object, int code) { return emit(object, code, 9); }

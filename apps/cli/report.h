@@ -36,6 +36,8 @@ void report_unlock(void);
 /* Each prints `snell: text` (hint on the next line when not NULL), keeps it for --json, and returns
  * the exit code. */
 int report_usage(const char *hint, const char *format, ...) PRINTF_LIKE(2, 3);
+/* EXIT_IO; number: the errno, 0: not known. */
+int report_no_output(int number);
 int report_error(int code, const char *hint, const char *format, ...) PRINTF_LIKE(3, 4);
 /* The library's last error. `path` is put before a message that names no file; may be NULL. */
 int report_status(snell_status status, const char *path);

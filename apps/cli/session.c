@@ -2,6 +2,7 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -230,11 +231,16 @@ static int check_takes_values(const snell_scene *scene, const char *path) {
                         "%s takes no values (-D)", path);
 }
 
-/* A frame of what does not change is a mistake too. */
-static int check_has_frames(const snell_scene *scene, const char *path) {
+/* A frame of what does not change is a mistake too, and the last of --frames is not to be found missing
+ * when all others are done. */
+static int check_has_frames(const session *s, const snell_scene *scene, const char *path) {
     snell_animation clock = {.struct_size = sizeof clock};
     snell_status status = snell_scene_get_animation(scene, &clock);
     if (status != SNELL_OK) return report_status(status, path);
+    if (clock.frame_count > 0 && (int64_t)s->frame_last > clock.last)
+        return report_usage(
+            NULL, "--frames: %s has frames %" PRId32 " to %" PRId32 ", %" PRIu32 " is none", path,
+            clock.first, clock.last, s->frame_last);
     if (clock.frame_count > 0) return EXIT_DONE;
     return report_usage("scene programs with animation{} and animated models have: 'snell help "
                         "animation'",
@@ -263,7 +269,7 @@ static int load_into(session *s, snell_scene *scene, const char *path) {
                                  : report_status(status, path);
     }
     int code = o->set.count > 0 ? check_takes_values(scene, path) : EXIT_DONE;
-    return code == EXIT_DONE && s->frame > 0 ? check_has_frames(scene, path) : code;
+    return code == EXIT_DONE && s->frame > 0 ? check_has_frames(s, scene, path) : code;
 }
 
 /* A name that is nearly that of a file in the same folder; the caller's. */

@@ -11,6 +11,7 @@ typedef struct session {
     snell_context *context;
     uint64_t memory_max;     /* 0: not limited */
     uint32_t frame;          /* of an animation; 0: its first */
+    uint32_t frame_last;     /* of --frames; 0: not given */
     bool next_frame;         /* functions of time are asked about the next frame too */
     uint32_t turn;           /* the same of --turntable; 0: there is none */
     uint32_t camera;         /* with --camera all: which, from 0 */

@@ -212,7 +212,7 @@ static int choose_view(stage *s) {
 
 /* What the file lacked; a background that the command line gave was not added by the studio. Of frames, the first
  * says it for all. */
-static void say_added(stage *s) {
+static void say_added(stage *s, const snell_scene_stats *has) {
     bool later = s->values->many_frames && s->session->frame > s->values->frame_first;
     static const char background[] = "background";
     const char *alone = s->camera_count > 0 ? "" : "camera";
@@ -224,8 +224,11 @@ static void say_added(stage *s) {
     }
     if (s->added[0] != '\0' && !later) {
         const char *slash = strrchr(s->input, '/');
-        report_note("added: %s (%s has none)", s->added,
-                    session_label(slash != NULL && slash[1] != '\0' ? slash + 1 : s->input));
+        /* What is up in an STL file is a guess. */
+        bool guessed = strcmp(has->format, "stl") == 0 && s->options->value[OPT_UP] == NULL;
+        report_note("added: %s (%s has none)%s", s->added,
+                    session_label(slash != NULL && slash[1] != '\0' ? slash + 1 : s->input),
+                    guessed ? "; if it lies on its side: --up y" : "");
     }
 }
 
@@ -350,7 +353,7 @@ int stage_prepare(stage *s) {
     if (code == EXIT_DONE) {
         warn_of_darkness(s, &stats);
         say_camera(s, &stats);
-        say_added(s);
+        say_added(s, &stats);
     }
     return code == EXIT_DONE ? report_strict() : code;
 }
