@@ -26,6 +26,10 @@ END
     echo 'camera { from = {0, 0, 4}, at = {0, 0, 0} } plane { point = {0, 0, -1}, normal = {0, 0, 1} }'
     echo 'for i = 1, 40 do light.point { position = {i / 20, 3, 3} } end'
 } >lights.lua
+{
+    echo 'camera { from = {0, 0, 4}, at = {0, 0, 0} } plane { point = {0, 0, -1}, normal = {0, 0, 1} }'
+    echo 'for i = 1, 12 do disk { center = {i / 6 - 1, 0, 1}, normal = {0, 0, -1}, radius = 0.05, material = material.emissive { radiance = 3 } } end'
+} >labels.lua
 
 # ---- the table ------------------------------------------------------------------------------------
 run 0 bench ball.lua -s 80x60 -n 4 -t 1 --rounds 3
@@ -51,13 +55,16 @@ prints '^standard input: 8x6, whitted, 1 sample, .*; 2 rounds, medians$'
 echo 'sphere { radus = 1 }' | "$snell" bench - >out 2>err
 [ "${PIPESTATUS[1]}" -eq 3 ] || fail "an error on standard input"
 grep -q '^.*standard input:1' err || fail "an error on standard input has no line"
-[ "$(ls)" = "$(printf '%s\n' ball.lua err lights.lua out thin.lua tmp)" ] || fail "something was written: $(ls)"
+[ "$(ls)" = "$(printf '%s\n' ball.lua err labels.lua lights.lua out thin.lua tmp)" ] || fail "something was written: $(ls)"
 
 # ---- advice ---------------------------------------------------------------------------------------
 run 0 bench thin.lua -s 40x30 -n 1 --rounds 1
 prints '^- [0-9]+ triangles tested a ray, where over 15 is much: long thin'
 run 0 bench lights.lua -s 40x30 -n 1 --rounds 1
 prints 'shadow rays for each ray that looks for a hit'
+lacks 'shines by itself'
+run 0 bench labels.lua -s 40x30 -n 1 --rounds 1
+prints 'shines by itself'
 SNELL_ISA=scalar run 0 bench ball.lua -s 8x6 -n 1 --rounds 1
 prints '^- rays are traced without SIMD'
 

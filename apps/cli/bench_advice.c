@@ -79,12 +79,13 @@ static void advise_of_rays(const bench *b, advice *a) {
             "the "
             "mesh where they are empty",
             100 * per(s->rays_continued, nearest));
-    if (per(s->rays_shadow, nearest) > 8)
+    double shadows = per(s->rays_shadow, nearest);
+    summary render = BENCH_SUMMARY(b, cpu[BENCH_RENDER]);
+    if (shadows > 8 || (shadows > 4 && s->seconds_shadows > 0.5 * render.median))
         say(a,
-            "%.0f shadow rays for each ray that looks for a hit: there are many lights; -i path "
-            "asks "
-            "one of them at a time",
-            per(s->rays_shadow, nearest));
+            "%.0f shadow rays for each ray that looks for a hit: there are many lights%s; -i path "
+            "asks one of them at a time",
+            shadows, b->scene.has_emission ? ", and whatever shines by itself is one or more" : "");
     if (per(s->media_mismatches, nearest) > 0.01)
         say(a, "%.0f %% of the rays leave glass that they never entered: its surface is not closed",
             100 * per(s->media_mismatches, nearest));
