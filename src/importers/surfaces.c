@@ -117,7 +117,7 @@ typedef struct smoother {
     surfaces *s;
     const uint8_t *lacks;
     const uint32_t *groups;
-    uint32_t *point; /* of each vertex */
+    uint32_t *point; /* of each vertex, until the corners are listed */
     uint32_t *begin; /* corners[begin[p] .. begin[p + 1]) lie at point p */
     uint32_t *corners;
     snell_vec3 *faces; /* unit normals, 0 of a triangle without area */
@@ -309,12 +309,14 @@ static bool smooth_all(smoother *m) {
     surfaces *s = m->s;
     size_t triangles = s->index_count / 3;
     m->point = memory_resize(NULL, s->vertex_count, sizeof *m->point);
+    if (!m->point || !weld(s, m->point) || !list_corners(m)) return false;
+    free(m->point); /* what follows is the most that a load takes */
+    m->point = NULL;
     m->faces = memory_resize(NULL, triangles, sizeof *m->faces);
     m->done = memory_zeroed(s->vertex_count, 1);
     if (s->normals == NULL) s->normals = memory_zeroed(s->vertex_count, sizeof *s->normals);
-    if (!m->point || !m->faces || !m->done || !s->normals || !weld(s, m->point)) return false;
+    if (!m->faces || !m->done || !s->normals) return false;
     for (size_t t = 0; t < triangles; t++) m->faces[t] = face_normal(s, t);
-    if (!list_corners(m)) return false;
     for (size_t p = 0; p < s->vertex_count; p++) {
         size_t begin = m->begin[p], count = m->begin[p + 1] - begin;
         if (count > 0 && !smooth_point(m, m->corners + begin, count)) return false;
