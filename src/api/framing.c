@@ -115,17 +115,18 @@ snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, floa
 
 /* Of the picture's width or height: the rest is the margin, half of it on each side. */
 static const double FRAME_FILLED = 0.9;
-/* A scene of more corners is seen by its boxes: to look at them all would take a tenth of a second. */
+/* A scene of more corners is seen by its boxes: to look at all of them twice would take half a second. */
 enum { CORNERS_MAX = 1 << 24 };
 
 /* How far things reach from a center in the directions of which a view's edges are made, and towards
  * the eye. */
 enum { TO_RIGHT, TO_LEFT, TO_TOP, TO_BOTTOM, TO_EYE, REACHES };
 typedef struct reach {
-    dvec3 center, right, up, direction[REACHES];
+    dvec3 center, right, up, back;
+    double half[2], distance; /* width and height to be filled, at distance 1; of the eye */
+    dvec3 direction[REACHES], farthest[REACHES]; /* which point is it, from the center */
     double far[REACHES];
-    double half[2]; /* width and height that are to be filled, at distance 1 */
-    bool turning;   /* the farthest while turned once around the vertical axis through the center */
+    bool turning; /* the farthest while turned once around the vertical axis through the center */
     size_t corners_left;
 } reach;
 
@@ -133,10 +134,13 @@ static void reach_point(reach *r, dvec3 p) {
     dvec3 v = dvec3_sub(p, r->center);
     double around = r->turning ? sqrt(v.x * v.x + v.z * v.z) : 0;
     for (int i = 0; i < REACHES; i++) {
-        dvec3 d = r->direction[i];
-        double far =
-            r->turning ? d.y * v.y + sqrt(d.x * d.x + d.z * d.z) * around : dvec3_dot(d, v);
-        r->far[i] = double_max(r->far[i], far);
+        dvec3 d = r->direction[i], at = v;
+        double flat = r->turning ? sqrt(d.x * d.x + d.z * d.z) : 0;
+        if (flat > 0) at = (dvec3){d.x / flat * around, v.y, d.z / flat * around};
+        double far = dvec3_dot(d, at);
+        if (!(far > r->far[i])) continue;
+        r->far[i] = far;
+        r->farthest[i] = at;
     }
 }
 
@@ -186,31 +190,51 @@ static void reach_world(reach *r, const description *d, const part_lists *lists,
 
 /* With x to the right and z towards the eye, a point is left of the right edge where
  * x - eye.x <= half (eye.z - z): eye.x + half eye.z is at least its reach in the direction x + half z. */
-static void reach_begin(reach *r, const snell_view *view, dvec3 back, float aspect) {
-    r->half[1] = fn_tan((double)view->fov / 2) * FRAME_FILLED;
-    r->half[0] = r->half[1] * (double)aspect;
-    r->right = dvec3_normalize(dvec3_cross(dvec3_from(view->up), back));
-    r->up = dvec3_cross(back, r->right);
-    dvec3 wide = dvec3_scale(back, r->half[0]), high = dvec3_scale(back, r->half[1]);
+static void reach_all(reach *r, const description *d, const part_lists *lists,
+                      const bounds3 *boxes) {
+    dvec3 wide = dvec3_scale(r->back, r->half[0]), high = dvec3_scale(r->back, r->half[1]);
     r->direction[TO_RIGHT] = dvec3_add(wide, r->right);
     r->direction[TO_LEFT] = dvec3_sub(wide, r->right);
     r->direction[TO_TOP] = dvec3_add(high, r->up);
     r->direction[TO_BOTTOM] = dvec3_sub(high, r->up);
-    r->direction[TO_EYE] = back;
+    r->direction[TO_EYE] = r->back;
+    r->corners_left = CORNERS_MAX;
     for (int i = 0; i < REACHES; i++) r->far[i] = -INFINITY;
+    reach_world(r, d, lists, boxes);
+    const transform here = transform_identity();
+    if (r->far[TO_EYE] == -INFINITY) reach_box(r, &here, box_to_see(bounds3_empty()));
 }
 
-/* The nearest eye that sees all, before everything. */
-static snell_status reach_end(const reach *r, const bounds3 *all, double radius, snell_view *view) {
+/* Where the eye stands across an axis of the picture: what is farthest on both sides is then equally far
+ * from the middle, as far as all of `outer` stays in. `inner`: what fits more closely on that axis. */
+static double reach_middle(const reach *inner, const reach *outer, int side, dvec3 axis,
+                           double room) {
+    dvec3 p = inner->farthest[side], q = inner->farthest[side + 1];
+    double large = 1 / (outer->distance - dvec3_dot(outer->back, p)),
+           small = 1 / (outer->distance - dvec3_dot(outer->back, q));
+    double middle = (dvec3_dot(axis, p) * large + dvec3_dot(axis, q) * small) / (large + small);
+    middle = double_min(middle, room - outer->far[side + 1]);
+    return double_max(middle, outer->far[side] - room);
+}
+
+static snell_status frame_scene(const description *d, const part_lists *lists, const bounds3 *boxes,
+                                reach *r, snell_view *view) {
+    bounds3 all = list_bounds(d, lists, d->objects[CATEGORY_SHAPE].count, boxes);
+    double radius = half_diagonal(box_to_see(all), &r->center);
     const double *far = r->far;
-    double x = (far[TO_RIGHT] - far[TO_LEFT]) / 2, y = (far[TO_TOP] - far[TO_BOTTOM]) / 2;
-    double distance = double_max(far[TO_EYE], 0) + 0.05 * radius;
-    distance = double_max(distance, (far[TO_RIGHT] + far[TO_LEFT]) / (2 * r->half[0]));
-    distance = double_max(distance, (far[TO_TOP] + far[TO_BOTTOM]) / (2 * r->half[1]));
+    reach_all(r, d, lists, boxes);
+    /* The nearest eye that sees all, before everything. */
+    r->distance = double_max(far[TO_EYE], 0) + 0.05 * radius;
+    for (int k = 0; k < 2; k++)
+        r->distance = double_max(r->distance, (far[2 * k] + far[2 * k + 1]) / (2 * r->half[k]));
+    reach inner = *r;
+    for (int k = 0; k < 2; k++) inner.half[k] = (far[2 * k] + far[2 * k + 1]) / (2 * r->distance);
+    reach_all(&inner, d, lists, boxes);
+    double x = reach_middle(&inner, r, TO_RIGHT, r->right, r->half[0] * r->distance),
+           y = reach_middle(&inner, r, TO_TOP, r->up, r->half[1] * r->distance);
     dvec3 aside = dvec3_add(dvec3_scale(r->right, x), dvec3_scale(r->up, y)),
-          at = dvec3_add(r->center, aside),
-          from = dvec3_add(at, dvec3_scale(r->direction[TO_EYE], distance));
-    return look_at(view, at, from, all);
+          at = dvec3_add(r->center, aside), from = dvec3_add(at, dvec3_scale(r->back, r->distance));
+    return look_at(view, at, from, &all);
 }
 
 snell_status framing_of(const description *d, float azimuth, float elevation, float aspect,
@@ -218,19 +242,18 @@ snell_status framing_of(const description *d, float azimuth, float elevation, fl
     if (!can_frame(view, azimuth, elevation, aspect))
         return error_set(SNELL_ERR_ARGUMENT, NULL,
                          "snell_view_frame_scene: an argument is out of range");
-    const transform here = transform_identity();
     part_lists lists;
     bounds3 *boxes = shape_boxes(d, &lists);
     if (boxes == NULL) return error_no_memory();
-    bounds3 all = list_bounds(d, &lists, d->objects[CATEGORY_SHAPE].count, boxes);
-    reach r = {.turning = turning, .corners_left = CORNERS_MAX};
-    double radius = half_diagonal(box_to_see(all), &r.center);
-    reach_begin(&r, view, direction_of(view, azimuth, elevation), aspect);
-    reach_world(&r, d, &lists, boxes);
-    if (bounds3_is_empty(all)) reach_box(&r, &here, box_to_see(all));
+    reach r = {.back = direction_of(view, azimuth, elevation), .turning = turning};
+    r.right = dvec3_normalize(dvec3_cross(dvec3_from(view->up), r.back));
+    r.up = dvec3_cross(r.back, r.right);
+    r.half[1] = fn_tan((double)view->fov / 2) * FRAME_FILLED;
+    r.half[0] = r.half[1] * (double)aspect;
+    snell_status status = frame_scene(d, &lists, boxes, &r, view);
     free(boxes);
     part_lists_free(&lists);
-    return reach_end(&r, &all, radius, view);
+    return status;
 }
 
 snell_status snell_view_frame_scene(snell_view *view, const snell_scene *s, float azimuth,
