@@ -2,6 +2,8 @@
  * inputs without anything in them. */
 #include "accel_test.h"
 
+#include "accel/build.h"
+
 static bool same_tree(const bvh_tree *a, const bvh_tree *b) {
     return a->node_count == b->node_count && a->block_count == b->block_count &&
            a->root == b->root &&
@@ -163,6 +165,49 @@ static void reinsertion_makes_a_tree_of_less_area(void **state) {
     scene_destroy(s);
 }
 
+/* Clusters far apart of so many small triangles, all but eight of them ever nearer to a point, so that
+ * SAH would give each of those a leaf of its own. */
+static void fill_clusters(mesh_desc *mesh, uint32_t count, uint32_t of) {
+    rng r = {11};
+    dvec3 center = {0, 0, 0};
+    for (uint32_t i = 0; i < count; i++) {
+        double away = i % of + 8 >= of ? 1e-6 : 1e-3 * pow(0.2, i % of);
+        if (i % of == 0)
+            center = (dvec3){rng_float(&r, 0, 1), rng_float(&r, 0, 1), rng_float(&r, 0, 1)};
+        for (uint32_t v = 0; v < 3; v++) {
+            mesh_indices(mesh)[3 * i + v] = 3 * i + v;
+            mesh_positions(mesh)[3 * i + v] =
+                (vec3){(float)(center.x + away + (double)rng_float(&r, -1e-7, 1e-7)),
+                       (float)(center.y + away), (float)(center.z + away + (v == 1 ? 1e-7 : 0))};
+        }
+    }
+}
+
+/* However small they are, and whatever SAH would like best; in as many leaves as are stated, too. */
+static void trees_are_not_larger_than_planned(void **state) {
+    (void)state;
+    const uint32_t clusters[] = {1, 2, 9, 14, 19}, counts[] = {1, 8, 9, 17, 1000, 60000};
+    double most = 0;
+    for (size_t i = 0; i < COUNT_OF(clusters) * COUNT_OF(counts); i++) {
+        uint32_t count = counts[i % COUNT_OF(counts)];
+        test_scene *s = scene_create();
+        fill_clusters(scene_add_mesh(s, 3 * count, count), count, clusters[i / COUNT_OF(counts)]);
+        scene_add_instance(s, 0, NULL);
+        build_bytes plan = build_plan(true, BUILD_LEAF_SIZE, count);
+        for (int quality = 0; quality < ACCEL_QUALITIES; quality++) {
+            accel *a = scene_build_as(s, &(accel_options){.quality = (accel_quality)quality}, NULL);
+            const bvh_tree *t = &a->geometries[0].tree;
+            uint64_t bytes = t->node_count * sizeof *t->nodes + t->block_count * sizeof *t->blocks;
+            assert_true(t->block_count <= count / 4 + 1);
+            assert_true(bytes <= plan.stays);
+            most = fmax(most, (double)bytes / (double)plan.stays);
+            accel_destroy(a);
+        }
+        scene_destroy(s);
+    }
+    printf("at most %.2f of what is planned\n", most);
+}
+
 static void nothing_can_be_built_and_traced(void **state) {
     (void)state;
     test_scene *s = scene_create();
@@ -262,6 +307,7 @@ int main(void) {
         cmocka_unit_test(the_tree_does_not_depend_on_threads),
         cmocka_unit_test(hostile_meshes_keep_the_depth_bounded),
         cmocka_unit_test(reinsertion_makes_a_tree_of_less_area),
+        cmocka_unit_test(trees_are_not_larger_than_planned),
         cmocka_unit_test(nothing_can_be_built_and_traced),
         cmocka_unit_test(bounds_are_of_the_world_without_planes),
         cmocka_unit_test(progress_is_told_and_stops_the_build),

@@ -10,9 +10,6 @@
 #include "geometry/sphere.h"
 #include "simd/cpu.h"
 
-/* Shapes of fewer parts are built several at a time, each by one thread. */
-enum { SMALL_TREE = 16384, LEAF_SIZE_DEFAULT = 8 };
-
 const char *const accel_quality_names[ACCEL_QUALITIES] = {"balanced", "fast", "best"};
 
 typedef struct tree_builds {
@@ -31,7 +28,7 @@ static bool has_tree(const primitive_type *type) { return type->primitive_count 
 
 static uint32_t leaf_size(const accel_options *options) {
     uint32_t size = options ? options->leaf_size : 0;
-    if (size == 0) size = LEAF_SIZE_DEFAULT;
+    if (size == 0) size = BUILD_LEAF_SIZE;
     return size < BVH_WIDTH ? size : BVH_WIDTH;
 }
 
@@ -56,8 +53,11 @@ static snell_status build_geometry(frozen_geometry *g, const accel_options *opti
         return SNELL_ERR_MEMORY;
     }
     job.ways = ways;
-    snell_status status = job.count ? build_tree(&job, pool, reports, &g->tree) : SNELL_OK;
-    memory_free_aligned(job.references);
+    snell_status status = SNELL_OK;
+    if (job.count)
+        status = build_tree(&job, pool, reports, &g->tree);
+    else
+        memory_free_aligned(job.references);
     free(ways);
     if (deforming && status == SNELL_OK && job.count) {
         if (!build_tree_at_keys(deforming, pool, &g->tree)) return SNELL_ERR_MEMORY;
@@ -87,7 +87,7 @@ static snell_status build_trees(accel *a, const accel_options *options, build_pr
     for (size_t i = 0; i < a->geometry_count && status == SNELL_OK; i++) {
         frozen_geometry *g = &a->geometries[i];
         if (!g->used || g->type == NULL || !has_tree(g->type)) continue;
-        if (primitive_count_of(g->type, g->desc) < SMALL_TREE)
+        if (primitive_count_of(g->type, g->desc) < BUILD_SMALL)
             small[small_count++] = (uint32_t)i;
         else
             status = build_geometry(g, options, progress, pool, true);
@@ -252,12 +252,13 @@ static snell_status build_level(const accel *a, const accel_instance *instances,
                          .quality = options ? options->quality : ACCEL_BALANCED,
                          .progress = progress};
         status = build_tree(&job, pool, true, &out->top);
+    } else {
+        out->top.bounds = bounds3_empty();
+        memory_free_aligned(references);
     }
-    if (count == 0) out->top.bounds = bounds3_empty();
     out->small = out->top.node_count <= 1;
     for (size_t i = 0; status == SNELL_OK && out->small && i < instance_count; i++)
         out->small = out->instances[i].mesh == NULL;
-    memory_free_aligned(references);
     return status;
 }
 

@@ -23,6 +23,7 @@ typedef struct part {
     uint32_t *leaves; /* of triangles: where their numbers begin in the builder's ids */
     size_t leaf_count, leaf_capacity;
     uint32_t root;
+    size_t spare;                  /* leaves, as of split_range */
     const binary_tree *binary;     /* NULL, or what its ranges are nodes of */
     size_t first_node, first_leaf; /* in the tree */
     bool failed;
@@ -50,6 +51,23 @@ typedef struct builder {
 } builder;
 
 static float axis_of(vec3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+/* ---- memory ---- */
+
+/* Of nodes, those with fewer than eight children have leaves only, two or more: that is half as many of
+ * them as there are leaves at most, and a seventh of it above them. Nodes and leaves of parts grow by half. */
+build_bytes build_plan(bool of_mesh, uint32_t leaf_size, uint64_t count) {
+    enum { BESIDES = 2 }; /* bytes, of chunks and tasks */
+    uint64_t leaves = split_leaves_at_most(leaf_size, count), nodes = leaves * 4 / 7 + 1;
+    uint64_t stays =
+        nodes * sizeof(bvh_node) + 64 + (of_mesh ? leaves * sizeof(triangle_block) + 64 : 0);
+    uint64_t binary = 2 * leaves * sizeof(binary_node), ids = of_mesh ? count * 4 : 0,
+             parts = (nodes * sizeof(bvh_node) + (of_mesh ? leaves * 4 : 0)) * 3 / 2;
+    uint64_t growing = parts + binary > binary * 5 / 2 ? parts + binary : binary * 5 / 2,
+             splitting = count * (2 * sizeof(build_reference) + BESIDES) + ids + growing,
+             joining = stays + ids + parts;
+    return (build_bytes){stays, (splitting > joining ? splitting : joining) - stays};
+}
 
 /* ---- references ---- */
 
@@ -213,10 +231,10 @@ static double opening_gain(const builder *b, const build_range *r) {
     return area <= DBL_MAX ? area : DBL_MAX;
 }
 
-static void split_any(const builder *b, const build_range *r, build_range *left,
+static void split_any(const builder *b, part *p, const build_range *r, build_range *left,
                       build_range *right) {
     if (b->binary.count == 0) {
-        split_range(&b->splitter, r, left, right);
+        split_range(&b->splitter, r, &p->spare, left, right);
         return;
     }
     const binary_node *n = &b->binary.nodes[r->node];
@@ -225,7 +243,7 @@ static void split_any(const builder *b, const build_range *r, build_range *left,
 }
 
 /* Splits until there are eight children or nothing is left to split. */
-static uint32_t make_children(const builder *b, const build_range *r,
+static uint32_t make_children(const builder *b, part *p, const build_range *r,
                               build_range children[BVH_WIDTH]) {
     double gains[BVH_WIDTH];
     uint32_t count = 1;
@@ -237,7 +255,7 @@ static uint32_t make_children(const builder *b, const build_range *r,
             if (gains[i] > gains[chosen]) chosen = i;
         if (gains[chosen] < 0) break;
         build_range parent = children[chosen];
-        split_any(b, &parent, &children[chosen], &children[count]);
+        split_any(b, p, &parent, &children[chosen], &children[count]);
         gains[chosen] = opening_gain(b, &children[chosen]);
         gains[count] = opening_gain(b, &children[count]);
         count++;
@@ -272,7 +290,7 @@ static uint32_t add_node(builder *b, part *p, const build_range *r, uint32_t lev
     }
     uint32_t index = (uint32_t)p->node_count++;
     build_range children[BVH_WIDTH];
-    uint32_t count = make_children(b, r, children);
+    uint32_t count = make_children(b, p, r, children);
     if (upper && atomic_load(&b->job->progress->stop)) p->failed = true;
     bvh_node node = {0};
     /* A box that no ray passes, and finite: mixed with weight 0 it stays such. */
@@ -317,6 +335,7 @@ static void run_task(void *data, size_t index, uint32_t worker) {
         t->part.failed = true;
         return;
     }
+    t->part.spare = split_share(&b->splitter, b->upper.spare, t->range.count);
     if (is_leaf(b, &t->range))
         t->part.root = add_leaf(b, &t->part, &t->range);
     else
@@ -329,6 +348,7 @@ static void run_task(void *data, size_t index, uint32_t worker) {
 static bool build_parts(builder *b) {
     build_range all = split_whole(&b->splitter);
     b->out->bounds = box4_bounds(all.box);
+    b->upper.spare = split_spare(&b->splitter);
     if (b->job->quality == ACCEL_BEST && b->job->ways == NULL && b->job->seed == 0) {
         if (!binary_build(&b->splitter, &all, &b->binary)) return false;
         all = binary_range(&b->binary, 0, 0);
@@ -551,16 +571,18 @@ void build_tree_free(bvh_tree *tree) {
     *tree = (bvh_tree){0};
 }
 
+/* What splits does not stay for joining: then there is the tree twice, nearly. */
 static bool build_whole(builder *b, size_t serial_size) {
     b->ids = b->job->mesh ? memory_resize(NULL, b->job->count, sizeof *b->ids) : NULL;
     bool ok = splitter_init(&b->splitter, b->job, b->pool, serial_size) &&
-              (b->ids || !b->job->mesh) && build_parts(b) && join(b);
+              (b->ids || !b->job->mesh) && build_parts(b);
+    binary_free(&b->binary);
+    splitter_free(&b->splitter);
+    ok = ok && join(b);
     free_part(&b->upper);
     for (size_t i = 0; i < b->task_count; i++) free_part(&b->tasks[i].part);
     free(b->tasks);
     free(b->ids);
-    binary_free(&b->binary);
-    splitter_free(&b->splitter);
     return ok;
 }
 

@@ -6,6 +6,10 @@
 
 #include "accel/layout.h"
 
+/* Triangles in a leaf of a mesh, unless options say otherwise; and shapes of fewer parts or triangles are
+ * built several at a time, each by one thread. */
+enum { BUILD_LEAF_SIZE = 8, BUILD_SMALL = 16384 };
+
 typedef struct build_reference {
     vec3 min;
     uint32_t id; /* triangle, part, or instance */
@@ -29,7 +33,7 @@ typedef struct build_progress {
 } build_progress;
 
 typedef struct build_job {
-    build_reference *references; /* reordered */
+    build_reference *references; /* build_tree frees them, as soon as it can */
     size_t count;                /* at least 1 */
     const mesh_desc *mesh;       /* whose triangles; NULL: instances, or parts */
     const build_way *ways; /* by id: split so that boxes are small all the way; NULL: by the boxes
@@ -39,6 +43,13 @@ typedef struct build_job {
     accel_quality quality;
     build_progress *progress;
 } build_job;
+
+/* Bytes that a tree takes at most (with the leaf size of meshes, or 1): which stay, and besides while it
+ * is built, with its references. */
+typedef struct build_bytes {
+    uint64_t stays, building;
+} build_bytes;
+build_bytes build_plan(bool of_mesh, uint32_t leaf_size, uint64_t count);
 
 /* Room for so many; as all references, to be freed with memory_free_aligned. NULL: out of memory. */
 build_reference *build_references(size_t count);

@@ -30,6 +30,7 @@ typedef struct growth {
     binary_tree *tree;
     subtree *subtrees;
     size_t count, capacity;
+    size_t spare; /* when the upper part is done */
 } growth;
 
 static bool is_leaf(const binary_node *n) { return n->child[0] == BINARY_NONE; }
@@ -39,9 +40,9 @@ static void set_height(const binary_tree *t, binary_node *n) {
     n->height = 1 + (a > b ? a : b);
 }
 
-/* g: NULL below the upper part. */
+/* g: NULL below the upper part. spare: as of split_range. */
 static uint32_t add_node(const splitter *s, growth *g, const build_range *r, uint32_t parent,
-                         binary_tree *t) {
+                         size_t *spare, binary_tree *t) {
     if (!ARRAY_GROW(t->nodes, t->count, t->capacity, 1)) return BINARY_NONE;
     uint32_t index = (uint32_t)t->count++;
     t->nodes[index] = (binary_node){.box = r->box,
@@ -57,9 +58,9 @@ static uint32_t add_node(const splitter *s, growth *g, const build_range *r, uin
     }
     if (r->count <= s->job->leaf_size) return index;
     build_range halves[2];
-    split_range(s, r, &halves[0], &halves[1]);
+    split_range(s, r, spare, &halves[0], &halves[1]);
     for (int i = 0; i < 2; i++) {
-        uint32_t child = add_node(s, g, &halves[i], index, t);
+        uint32_t child = add_node(s, g, &halves[i], index, spare, t);
         if (child == BINARY_NONE) return BINARY_NONE;
         t->nodes[index].child[i] = child;
     }
@@ -70,8 +71,10 @@ static void grow_subtree(void *data, size_t index, uint32_t worker) {
     (void)worker;
     const growth *g = data;
     subtree *sub = &g->subtrees[index];
-    sub->ok = !atomic_load(&g->splitter->job->progress->stop) &&
-              add_node(g->splitter, NULL, &sub->range, BINARY_NONE, &sub->tree) != BINARY_NONE;
+    size_t spare = split_share(g->splitter, g->spare, sub->range.count);
+    sub->ok =
+        !atomic_load(&g->splitter->job->progress->stop) &&
+        add_node(g->splitter, NULL, &sub->range, BINARY_NONE, &spare, &sub->tree) != BINARY_NONE;
 }
 
 /* There is room. Its root takes the place of the node that stood for it. */
@@ -96,8 +99,8 @@ static void run(const splitter *s, size_t count, thread_task *work, void *data) 
 }
 
 static bool grow(const splitter *s, const build_range *r, binary_tree *out) {
-    growth g = {.splitter = s, .tree = out};
-    bool ok = add_node(s, &g, r, BINARY_NONE, out) != BINARY_NONE;
+    growth g = {.splitter = s, .tree = out, .spare = split_spare(s)};
+    bool ok = add_node(s, &g, r, BINARY_NONE, &g.spare, out) != BINARY_NONE;
     if (ok) run(s, g.count, grow_subtree, &g);
     size_t more = 0;
     for (size_t i = 0; i < g.count; i++) more += g.subtrees[i].tree.count;
@@ -123,7 +126,10 @@ build_range binary_range(const binary_tree *t, uint32_t node, uint32_t depth) {
                          .node = node};
 }
 
-void binary_free(binary_tree *t) { free(t->nodes); }
+void binary_free(binary_tree *t) {
+    free(t->nodes);
+    *t = (binary_tree){0};
+}
 
 /* ---- reinsertion ---- */
 

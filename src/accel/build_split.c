@@ -214,6 +214,31 @@ static void scatter(const build_reference *from, size_t count, const binning *g,
     }
 }
 
+/* ---- how many leaves there may be ---- */
+
+size_t split_leaves_at_most(uint32_t leaf_size, size_t count) {
+    return count / (leaf_size > 1 ? leaf_size / 2 : 1) + 1;
+}
+
+/* That a range gets by being halved again and again. */
+static size_t leaves_by_halving(const splitter *s, size_t count) {
+    size_t leaf = s->job->leaf_size, pieces = 1;
+    if (count <= leaf) return 1;
+    while (count > 2 * leaf * pieces) pieces *= 2;
+    size_t over = count - leaf * pieces; /* pieces that have one too many; or all have */
+    return pieces + (over < pieces ? over : pieces);
+}
+
+/* Into so many and the rest? *spare: what is left of it then. */
+static bool may_split(const splitter *s, const build_range *r, size_t count, size_t *spare) {
+    if (count == 0 || count == r->count) return false;
+    size_t have = *spare + leaves_by_halving(s, r->count),
+           need = leaves_by_halving(s, count) + leaves_by_halving(s, r->count - count);
+    if (need > have) return false;
+    *spare = have - need;
+    return true;
+}
+
 /* ---- long ranges: in chunks, by all threads ---- */
 
 typedef struct sweep {
@@ -296,7 +321,7 @@ static void measure_any(const splitter *s, build_range *r) {
 
 /* Both: false where the SAH finds nothing to split. The halves come with their boxes. */
 static bool split_long(const splitter *s, const build_range *r, const binning *g,
-                       build_range halves[2]) {
+                       build_range halves[2], size_t *spare) {
     sweep w = {.splitter = s, .range = r, .chunk_size = chunk_size_of(r->count), .binning = *g};
     size_t chunks = run_sweep(&w, bin_chunk);
     bins all;
@@ -305,7 +330,7 @@ static bool split_long(const splitter *s, const build_range *r, const binning *g
     w.split = choose_split(s, r, &all);
     if (w.split.axis < 0) return false;
     size_t count = count_left(&all, w.split), left = r->begin, right = r->begin + count;
-    if (count == 0 || count == r->count) return false;
+    if (!may_split(s, r, count, spare)) return false;
     for (size_t i = 0; i < chunks; i++) {
         s->chunks[i].left = left, s->chunks[i].right = right;
         size_t skipped = i * w.chunk_size, own = r->count - skipped;
@@ -323,14 +348,14 @@ static bool split_long(const splitter *s, const build_range *r, const binning *g
 }
 
 static bool split_short(const splitter *s, const build_range *r, const binning *g,
-                        build_range halves[2]) {
+                        build_range halves[2], size_t *spare) {
     bins b;
     const build_reference *from = s->sides[r->side] + r->begin;
     fill_bins(from, r->count, g, &b);
     split chosen = choose_split(s, r, &b);
     if (chosen.axis < 0) return false;
     size_t count = count_left(&b, chosen);
-    if (count == 0 || count == r->count) return false;
+    if (!may_split(s, r, count, spare)) return false;
     scatter(from, r->count, g, chosen, s->sides[!r->side], r->begin, r->begin + count);
     halves[0] = (build_range){.begin = r->begin, .count = count, .side = !r->side};
     halves[1] = (build_range){r->begin + count, r->count - count, .side = !r->side};
@@ -341,19 +366,20 @@ static bool split_short(const splitter *s, const build_range *r, const binning *
     return true;
 }
 
-void split_range(const splitter *s, const build_range *r, build_range *left, build_range *right) {
+void split_range(const splitter *s, const build_range *r, size_t *spare, build_range *left,
+                 build_range *right) {
     build_range halves[2] = {{.count = 0}, {.count = 0}};
     bool by_boxes = s->job->ways == NULL || s->job->seed, is_long = r->count > s->serial_size,
          done = false, measured = false;
     uint32_t side = r->side;
     if (r->depth < BVH_SAH_DEPTH && by_boxes) {
         binning g = make_binning(s, &r->centers);
-        done = is_long ? split_long(s, r, &g, halves) : split_short(s, r, &g, halves);
+        done = is_long ? split_long(s, r, &g, halves, spare) : split_short(s, r, &g, halves, spare);
         measured = done;
         side = done ? !r->side : r->side;
     } else if (r->depth < BVH_SAH_DEPTH) {
         halves[0].count = build_split_ways(s->job, s->sides[side] + r->begin, r->count);
-        done = halves[0].count > 0 && halves[0].count < r->count;
+        done = may_split(s, r, halves[0].count, spare);
     }
     if (!done) halves[0].count = r->count / 2;
     halves[1].count = r->count - halves[0].count;
@@ -366,6 +392,12 @@ void split_range(const splitter *s, const build_range *r, build_range *left, bui
     }
     *left = halves[0];
     *right = halves[1];
+}
+
+size_t split_spare(const splitter *s) {
+    size_t count = s->job->count;
+    if (s->job->seed) return count; /* whatever there may be */
+    return split_leaves_at_most(s->job->leaf_size, count) - leaves_by_halving(s, count);
 }
 
 build_range split_whole(const splitter *s) {
@@ -391,6 +423,9 @@ bool splitter_init(splitter *s, const build_job *job, thread_pool *pool, size_t 
 }
 
 void splitter_free(splitter *s) {
+    memory_free_aligned(s->sides[0]);
     memory_free_aligned(s->sides[1]);
     memory_free_aligned(s->chunks);
+    s->sides[0] = s->sides[1] = NULL;
+    s->chunks = NULL;
 }

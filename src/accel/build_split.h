@@ -31,12 +31,22 @@ typedef struct splitter {
     f4 leaf_inverse; /* of the leaf size, and a little more */
 } splitter;
 
-/* False: out of memory; to be freed all the same. */
+/* Takes the job's references. False: out of memory; to be freed all the same. */
 bool splitter_init(splitter *s, const build_job *job, thread_pool *pool, size_t serial_size);
-void splitter_free(splitter *s);
+void splitter_free(splitter *s); /* may be called twice */
 
 build_range split_whole(const splitter *s); /* all references */
-void split_range(const splitter *s, const build_range *r, build_range *left, build_range *right);
+/* *spare: how many leaves there may be besides those that halving would give; SAH splits as it likes while
+ * some are left, and gives back where it fills them better. */
+void split_range(const splitter *s, const build_range *r, size_t *spare, build_range *left,
+                 build_range *right);
+/* Leaves are half full in the mean, or fuller, so that the memory of a tree is known beforehand. */
+size_t split_leaves_at_most(uint32_t leaf_size, size_t count);
+size_t split_spare(const splitter *s); /* of all references */
+/* What a task with so many of them gets of what the ranges above tasks have left. */
+static inline size_t split_share(const splitter *s, size_t spare, size_t count) {
+    return (size_t)((double)spare * ((double)count / (double)s->job->count));
+}
 
 /* Lowbias32 by Chris Wellons: a hash of 32 bits. */
 uint32_t split_scramble(uint32_t x);

@@ -45,13 +45,14 @@ snell_status solid_mesh_create(const mesh_desc *mesh, thread_pool *pool, solid_m
         build_job job = {.references = references,
                          .count = count,
                          .mesh = mesh,
-                         .leaf_size = 4,
+                         .leaf_size = SOLID_MESH_LEAF,
                          .progress = &progress};
         m->reach = reach_of(bounds);
         status = build_tree(&job, pool, false, &m->tree);
         if (status) error_no_memory();
+    } else {
+        memory_free_aligned(references);
     }
-    memory_free_aligned(references);
     if (status)
         solid_mesh_destroy(m);
     else

@@ -7,6 +7,7 @@
 
 /* A line may meet so many stretches of one mesh, and of one solid. */
 enum { SOLID_SPANS_MAX = 1024 };
+enum { SOLID_MESH_LEAF = 4 }; /* triangles */
 
 typedef struct solid_mesh {
     const mesh_desc *mesh; /* borrowed */

@@ -625,7 +625,7 @@ snell_status snell_scene_get_stats(const snell_scene *s, snell_scene_stats *out)
                                .has_background = description_setting(d, "background") != NULL,
                                .has_ambient = description_setting(d, "ambient") != NULL};
     status = count_instances(d, out);
-    out->memory_planned = scene_plan_memory(d);
+    out->memory_planned = scene_plan_memory(d, thread_pool_size(s->context->pool));
     for (size_t i = 0; i < d->objects[CATEGORY_TEXTURE].count; i++)
         out->memory_textures += array_bytes(&d->objects[CATEGORY_TEXTURE].items[i]);
     if (s->frozen) {

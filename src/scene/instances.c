@@ -129,16 +129,12 @@ static bool deforms(const object *o) {
 
 /* ---- memory, stated before it is taken ---- */
 
-/* A level's node has two children or more: with 16 instances that is 9 nodes, and no number needs
- * more for each. A tree is built from references, in parts that grow by doubling, and copied. */
-enum { NODES_BYTES = 9 * sizeof(bvh_node) / 16, BUILD_BYTES = 32 + 2 * NODES_BYTES };
-enum { TRIANGLE_BYTES = 75, TRIANGLE_BUILD_BYTES = 32 + 2 * TRIANGLE_BYTES };
 /* Of a mesh in a solid, the tables in which edges and vertices are counted. */
 enum { TRIANGLE_CLOSURE_BYTES = 3 * 4 * 16, VERTEX_CLOSURE_BYTES = 4 + 4 * 4 };
 enum {
     /* Arrays that grow are up to twice as long, and are copied while they do. */
     PART_BYTES = 3 * (sizeof(scene_instance) + sizeof(uint32_t) + sizeof(accel_instance)) +
-                 sizeof(frozen_instance) + sizeof(uint32_t) + NODES_BYTES,
+                 sizeof(frozen_instance) + sizeof(frozen_outline) + sizeof(uint32_t),
     GROUP_BYTES = 3 * sizeof(scene_group) + sizeof(frozen_geometry) + sizeof(accel_geometry),
     SHAPE_BYTES = sizeof(frozen_geometry) + sizeof(accel_geometry) + sizeof(prepared_shape) +
                   sizeof(solid_shape *) + 2 * sizeof(uint32_t) + sizeof(bool)
@@ -149,22 +145,23 @@ typedef struct shape_plan {
     const description *d;
     uint32_t *seen_in; /* of each shape: the last solid that was found to name it, from 1; or 0 */
     uint64_t stays, building;
+    uint64_t small, small_count; /* of those that are built side by side: the most of one */
 } shape_plan;
 
-static void plan_building(shape_plan *p, uint64_t bytes) {
-    if (bytes > p->building) p->building = bytes;
-}
+static uint64_t larger(uint64_t a, uint64_t b) { return a > b ? a : b; }
 
-/* A mesh in a solid: a tree of its own, of leaves that may be half empty, once for all solids; its
- * materials once for each. */
+/* A mesh in a solid: a tree of its own, once for all solids; its materials once for each. */
 static void plan_solid_mesh(shape_plan *p, uint32_t solid, uint32_t shape) {
     const mesh_desc *mesh = p->d->objects[CATEGORY_SHAPE].items[shape].desc;
     uint64_t count = mesh_triangle_count(mesh);
     if (p->seen_in[shape] == solid + 1) return;
     if (p->seen_in[shape] == 0) {
-        p->stays += sizeof(solid_mesh) + 2 * count * TRIANGLE_BYTES;
-        plan_building(p, TRIANGLE_CLOSURE_BYTES * count +
-                             VERTEX_CLOSURE_BYTES * (uint64_t)mesh->positions_count);
+        build_bytes tree = build_plan(true, SOLID_MESH_LEAF, count);
+        uint64_t closure = TRIANGLE_CLOSURE_BYTES * count +
+                           VERTEX_CLOSURE_BYTES * (uint64_t)mesh->positions_count +
+                           sizeof(build_reference) * count;
+        p->stays += sizeof(solid_mesh) + tree.stays;
+        p->building = larger(p->building, larger(tree.building, closure));
     }
     p->seen_in[shape] = solid + 1;
     if (mesh->material_slots_count) p->stays += 3 * sizeof(uint32_t) * mesh->materials_count;
@@ -189,20 +186,24 @@ static void plan_solid(shape_plan *p, uint32_t shape) {
 static void plan_tree(shape_plan *p, const object *o, const double times[2]) {
     const primitive_type *type = (const primitive_type *)o->type;
     uint64_t count = type->primitive_count(o->desc);
-    uint64_t building = count * (type->intersect ? BUILD_BYTES : TRIANGLE_BUILD_BYTES);
-    if (deforms(o)) { /* the tree once for each key that counts */
-        building += count * sizeof(build_way);
-        p->stays +=
-            count * TRIANGLE_BYTES * (uint64_t)deforming_count_keys(o->desc, times[0], times[1]) +
-            sizeof(deforming_mesh);
-    } else {
-        p->stays += count * (type->intersect ? NODES_BYTES : TRIANGLE_BYTES);
+    build_bytes tree =
+        type->intersect ? build_plan(false, 1, count) : build_plan(true, BUILD_LEAF_SIZE, count);
+    if (deforms(o)) { /* the tree once for each key that counts, and before that once */
+        tree.building += tree.stays + count * sizeof(build_way);
+        tree.stays *= (uint64_t)deforming_count_keys(o->desc, times[0], times[1]);
+        tree.stays += sizeof(deforming_mesh);
     }
-    plan_building(p, building);
+    p->stays += tree.stays;
+    if (count < BUILD_SMALL) {
+        p->small = larger(p->small, tree.building);
+        p->small_count++;
+    } else {
+        p->building = larger(p->building, tree.building);
+    }
 }
 
 /* What all takes but parts and groups. False: out of memory. */
-static bool plan_shapes(const description *d, uint64_t *bytes) {
+static bool plan_shapes(const description *d, uint32_t threads, uint64_t *bytes) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
     shape_plan p = {.d = d, .seen_in = memory_zeroed(shapes->count, sizeof *p.seen_in)};
     double times[2];
@@ -216,19 +217,23 @@ static bool plan_shapes(const description *d, uint64_t *bytes) {
         if (type->primitive_count) plan_tree(&p, o, times);
     }
     free(p.seen_in);
-    *bytes = (1u << 16) + shapes->count * SHAPE_BYTES + p.stays + p.building;
+    uint64_t together = p.small_count < threads ? p.small_count : threads;
+    *bytes =
+        (1u << 16) + shapes->count * SHAPE_BYTES + p.stays + larger(p.building, together * p.small);
     return true;
 }
 
 /* parts: instances of the world and of groups; largest: of those the most in one. */
 static uint64_t plan_parts(uint64_t parts, uint64_t largest, uint64_t groups) {
-    return parts * PART_BYTES + largest * BUILD_BYTES + groups * GROUP_BYTES;
+    build_bytes none = build_plan(false, 1, 0);
+    return parts * PART_BYTES + groups * (GROUP_BYTES + none.stays) +
+           build_plan(false, 1, parts).stays + build_plan(false, 1, largest).building;
 }
 
-uint64_t scene_plan_memory(const description *d) {
+uint64_t scene_plan_memory(const description *d, uint32_t threads) {
     uint64_t parts = 0, largest = 0, groups = 0, bytes = 0;
     part_lists lists;
-    plan_shapes(d, &bytes);
+    plan_shapes(d, threads, &bytes);
     if (part_lists_make(d, &lists) == SNELL_OK)
         for (size_t g = 0; g <= d->objects[CATEGORY_SHAPE].count; g++) {
             uint32_t count = lists.begin[g + 1] - lists.begin[g];
@@ -566,8 +571,9 @@ static snell_status prepare_solids(const freezing *f) {
 snell_status scene_freeze_geometry(scene *s, const description *d, const scene_options *options,
                                    thread_pool *pool) {
     freezing f = {.s = s, .d = d, .pool = pool, .memory_max = options->memory_max};
-    snell_status status =
-        plan_shapes(d, &f.planned_shapes) ? prepare_solids(&f) : error_no_memory();
+    snell_status status = plan_shapes(d, pool ? thread_pool_size(pool) : 1, &f.planned_shapes)
+                              ? prepare_solids(&f)
+                              : error_no_memory();
     if (!status) status = freeze_world(&f);
     if (!status) status = build_accel(&f, &options->accel, pool);
     if (!status) s->bounds = accel_bounds(s->accel);

@@ -135,8 +135,8 @@ typedef struct scene_options {
 
 /* What freezing the geometry takes at most, with what is left of it, in bytes; without the description
  * and without lights and motions. Each group is counted once, though it is frozen for each way in which
- * materials reach it from outside. For a mesh it is what trees of meshes take in practice, with a third more. */
-uint64_t scene_plan_memory(const description *d);
+ * materials reach it from outside. */
+uint64_t scene_plan_memory(const description *d, uint32_t threads);
 
 snell_status scene_freeze(const description *d, const scene_options *options, thread_pool *pool,
                           scene **out);
