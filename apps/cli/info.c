@@ -269,8 +269,21 @@ static void print_params(const snell_scene *scene, uint32_t count) {
     }
 }
 
+/* Nothing is built where the structure takes nothing. */
+static void print_memory(const snell_scene_stats *s) {
+    char bytes[32];
+    text_format_bytes(s->memory_geometry, bytes);
+    printf("%-11s %s geometry", "memory", bytes);
+    text_format_bytes(s->memory_accel, bytes);
+    if (s->memory_accel > 0) printf(", %s acceleration structure", bytes);
+    text_format_bytes(s->memory_textures, bytes);
+    printf(", %s textures\n", bytes);
+    text_format_bytes(s->memory_planned, bytes);
+    printf("%-11s %s more at most while the structure is built, stated before\n", "", bytes);
+}
+
 static void print_counts(const snell_scene_stats *s) {
-    char a[32], b[32], c[32];
+    char a[32], b[32];
     text_format_count(s->instance_count, a);
     printf("%-11s %s instance%s of %" PRIu32 " shape%s", "contents", a,
            s->instance_count == 1 ? "" : "s", s->shape_count, s->shape_count == 1 ? "" : "s");
@@ -283,12 +296,7 @@ static void print_counts(const snell_scene_stats *s) {
     printf("\n%-11s materials %" PRIu32 ", textures %" PRIu32 ", lights %" PRIu32
            ", cameras %" PRIu32 "\n",
            "", s->material_count, s->texture_count, s->light_count, s->camera_count);
-    text_format_bytes(s->memory_geometry, a);
-    text_format_bytes(s->memory_accel, b);
-    text_format_bytes(s->memory_textures, c);
-    printf("%-11s %s geometry, %s acceleration structure, %s textures\n", "memory", a, b, c);
-    text_format_bytes(s->memory_planned, a);
-    printf("%-11s %s at most, stated before the build\n", "", a);
+    print_memory(s);
     if (s->has_emission || s->has_background || s->has_ambient || s->has_dielectric) {
         printf("%-11s%s%s%s%s\n", "has", s->has_emission ? " emission" : "",
                s->has_background ? " background" : "", s->has_ambient ? " ambient" : "",
@@ -398,7 +406,9 @@ static int scene_info(session *s, const char *path, json_t *root) {
     snell_bounds bounds = {{1, 1, 1}, {-1, -1, -1}};
     int code = session_load(s, path, &scene);
     if (code != EXIT_DONE) return code;
-    snell_status status = snell_scene_commit(scene, progress_report, NULL);
+    snell_status status = SNELL_OK;
+    if (s->options->given[OPT_NO_BUILD] == 0)
+        status = snell_scene_commit(scene, progress_report, NULL);
     if (status == SNELL_OK) status = snell_scene_bounds(scene, &bounds);
     if (status == SNELL_OK) status = snell_scene_get_stats(scene, &stats);
     if (signals_caught() != 0)

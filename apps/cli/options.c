@@ -187,6 +187,8 @@ const option_info option_table[] = {
     {OPT_BUILD, "build", 0, "QUALITY", "balanced",
      "fast, balanced, best: build longer so that rays are faster; the picture is the same", MACHINE,
      CMD_PICTURE | CMD_INFO, 0, "fast|balanced|best", false},
+    {OPT_NO_BUILD, "no-build", 0, NULL, NULL, "only say how much memory that would take, at most",
+     MACHINE, CMD_INFO, 0, NULL, false},
     {OPT_PROGRESS, "progress", 0, "WHEN", "auto", "auto, line, plain, json or none", MACHINE,
      CMD_PICTURE | CMD_COMPARE, 0, "auto|line|plain|json|none", false},
 

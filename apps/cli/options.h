@@ -59,6 +59,7 @@ typedef enum option_id {
     OPT_MEMORY,
     OPT_ISA,
     OPT_BUILD,
+    OPT_NO_BUILD,
     OPT_PROGRESS,
     OPT_ROUNDS,
     OPT_SAMPLE,
