@@ -198,16 +198,18 @@ static inline bool plain_box(const plain_ray *r, bounds3 box, float *entry) {
     return *entry <= (r->t_max < leave ? r->t_max : leave);
 }
 
-/* The own box of a triangle: what the watertight test may be off by is added. */
+/* The own box of a triangle: what the watertight test may be off by is added. A ray that walks on has not
+ * left it before after_t. */
 static inline bool plain_own_box(const plain_ray *r, bounds3 box, const float margin[3],
-                                 float *entry) {
+                                 float after_t, float *entry) {
     const float none[3] = {0, 0, 0};
     float leave, wide_entry, wide_leave;
     plain_slabs(r, box, none, entry, &leave);
     plain_slabs(r, box, margin, &wide_entry, &wide_leave);
     if (leave < *entry) *entry = leave;
     if (wide_entry > *entry) *entry = wide_entry;
-    return r->t_min <= leave && wide_entry <= (r->t_max < wide_leave ? r->t_max : wide_leave);
+    return r->t_min <= leave && after_t <= wide_leave &&
+           wide_entry <= (r->t_max < wide_leave ? r->t_max : wide_leave);
 }
 
 /* Of a mesh with this box. */
@@ -288,7 +290,7 @@ static inline void plain_mesh(const mesh_desc *mesh, bounds3 bounds, const plain
         if (!plain_triangle(p, vertex, &t, &u, &v) || !(fabsf(t) <= FLT_MAX)) continue;
         bounds3 box = {vec3_min(vec3_min(vertex[0], vertex[1]), vertex[2]),
                        vec3_max(vec3_max(vertex[0], vertex[1]), vertex[2])};
-        if (!plain_own_box(p, box, margin, &entry)) continue;
+        if (!plain_own_box(p, box, margin, r->after_t, &entry)) continue;
         t = float_max(world_entry, float_max(entry, t));
         plain_offer(r, best, t, u, v, instance, i);
     }

@@ -97,12 +97,12 @@ INLINE float ahead(const prepared *p, const float margin[3], int axis) {
     return p->near[axis] > p->far[axis] ? -margin[axis] : margin[axis];
 }
 
-/* The children whose boxes the ray passes before `limit`, and where it enters them. bounds: as in
- * bvh_node. margin: NULL, or by how much each box is wider. */
+/* The children whose boxes the ray passes between `start` and `limit`, and where it enters them. bounds: as
+ * in bvh_node. margin: NULL, or by how much each box is wider. */
 INLINE m8 test_children(const prepared *p, const float bounds[2][3][BVH_WIDTH], const float *margin,
-                        float limit, f8 *entry) {
+                        float start, float limit, f8 *entry) {
     const char *planes = (const char *)bounds;
-    f8 low = f8_set(p->t_min), high = f8_set(INFINITY);
+    f8 low = f8_set(start), high = f8_set(INFINITY);
     for (int i = 0; i < 3; i++) {
         f8 inv = f8_set(p->inv[i]);
         f8 near_o = f8_set(margin ? p->o[i] + ahead(p, margin, i) : p->o[i]);

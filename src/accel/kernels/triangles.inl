@@ -106,19 +106,20 @@ INLINE void cross_own_boxes(const prepared *p, const float *margin, const triang
  * the entries that t is raised to: those of the boxes as they are, so that faces of one plane are met at
  * one t. Where only the wider box is passed, that is where the box as it is would be left. Nearly always
  * the box as it is is passed, and then so is the wider one; or it lies behind, as that of the triangle that
- * the ray starts from. */
+ * the ray starts from. start: the ray has not left the wider box before it. */
 INLINE unsigned test_own_boxes(const prepared *p, const bvh_tree *mesh, const triangle_block *b,
-                               unsigned lanes, f8 *entry) {
+                               float start, unsigned lanes, f8 *entry) {
     f8 enter, leave, t_max = f8_set(p->t_max);
     cross_own_boxes(p, NULL, b, &enter, &leave);
     *entry = enter;
     lanes &= m8_bits(f8_less_equal(f8_set(p->t_min), leave));
-    unsigned passed = m8_bits(f8_less_equal(enter, f8_min(t_max, leave)));
+    unsigned passed = m8_bits(f8_less_equal(f8_max(enter, f8_set(start)), f8_min(t_max, leave)));
     if (__builtin_expect((lanes & ~passed) == 0, 1)) return lanes;
     float margin[3];
     f8 enter_wide, leave_wide;
     find_margin(p, mesh, margin);
     cross_own_boxes(p, margin, b, &enter_wide, &leave_wide);
     *entry = f8_max(f8_min(enter, leave), enter_wide);
+    enter_wide = f8_max(enter_wide, f8_set(start));
     return lanes & m8_bits(f8_less_equal(enter_wide, f8_min(t_max, leave_wide)));
 }

@@ -13,9 +13,9 @@ typedef struct turn {
     _Alignas(64) prepared p;
     query q;
     shear sheared;
-    float floor_t;
-    uint32_t next; /* a reference */
-    size_t index;  /* of the ray */
+    float floor_t, start_t; /* start_t: of nodes, as in test_children */
+    uint32_t next;          /* a reference */
+    size_t index;           /* of the ray */
     walk_stack stack;
     /* Of `many`: the tree that it is in, whose ray is p; of which instance, NULL: the world; and the ray outside. */
     const bvh_tree *tree;
@@ -60,8 +60,8 @@ INLINE void step_nodes(const bvh_tree *mesh, turn *const *turns, const uint32_t 
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < count; i++) {
         node[i] = &(many ? turns[i]->tree : mesh)->nodes[turns[i]->next];
-        passed[i] =
-            test_children(&turns[i]->p, node[i]->bounds, NULL, turns[i]->q.best_t, &entry[i]);
+        passed[i] = test_children(&turns[i]->p, node[i]->bounds, NULL, turns[i]->start_t,
+                                  turns[i]->q.best_t, &entry[i]);
     }
 #pragma GCC unroll 4
     for (uint32_t i = 0; i < count; i++) nearest[i] = f8_least(entry[i], passed[i]);
@@ -118,6 +118,7 @@ INLINE bool enter_instance(turn *t, const frozen_instance *in, float floor_t) {
     t->in = in;
     t->tree = in->mesh;
     t->floor_t = floor_t;
+    t->start_t = start_of(&t->q, &t->p);
     make_shear(&t->sheared, &t->p);
     uint32_t i = t->stack.count++;
     t->stack.entries[i] = -INFINITY;
@@ -137,6 +138,7 @@ static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, 
     uint32_t next = t->next;
     if (next == STACK_RETURN) {
         t->p = t->outer;
+        t->start_t = t->p.t_min;
         t->in = NULL;
         t->tree = &world->top;
         next = pop(&t->stack);
@@ -215,6 +217,7 @@ INLINE bool start_in_world(const batch *b, turn *t, const ray *r, const bool any
             t->q.best_instance = 0;
             return false;
         }
+    t->start_t = t->p.t_min;
     t->in = NULL;
     t->tree = &world->top;
     t->next = t->tree->root;
@@ -280,6 +283,7 @@ INLINE bool start_turn(batch *b, turn *t, const bool any, const bool many) {
     t->next = b->instance->mesh->root;
     t->floor_t = from->floor_t[i];
     f8_store(t->p.row, f8_load((const float *)&from->rays[i]));
+    t->start_t = start_of(&t->q, &t->p);
     uint32_t octant = 0;
     for (uint32_t axis = 0; axis < 3; axis++) {
         octant |= (uint32_t)(from->back[axis] >> i & 1) << axis;

@@ -37,6 +37,11 @@ INLINE bool comes_after(const ray *r, float t, uint32_t instance, uint32_t primi
     return primitive > r->after_primitive;
 }
 
+/* In a mesh, what the ray has left before this is behind it. */
+INLINE float start_of(const query *q, const prepared *p) {
+    return float_max(p->t_min, q->ray->after_t);
+}
+
 INLINE bool beats_best(const query *q, float t, uint32_t instance, uint32_t primitive) {
     if (t != q->best_t) return t < q->best_t;
     if (instance != q->best_instance) return instance < q->best_instance;
@@ -71,7 +76,7 @@ INLINE bool accept_triangles(query *q, const prepared *p, const bvh_tree *mesh, 
         c->t = f8_load(t);
     }
     f8 entry;
-    lanes = test_own_boxes(p, mesh, b, lanes, &entry);
+    lanes = test_own_boxes(p, mesh, b, start_of(q, p), lanes, &entry);
     f8 clamped = f8_max(f8_set(floor_t), f8_max(entry, c->t));
     m8 finite = f8_less_equal(f8_abs(c->t), f8_set(FLT_MAX));
     m8 inside = m8_and(f8_less(f8_set(p->t_min), clamped), f8_less(clamped, f8_set(p->t_max)));
@@ -143,7 +148,7 @@ INLINE void mix_block(const moment *now, uint32_t index, triangle_block *out) {
 /* now: NULL in a mesh that stays as it is. */
 INLINE bool walk_mesh(query *q, const prepared *p, const bvh_tree *mesh, const moment *now,
                       uint32_t instance, float floor_t, const bool any) {
-    float margin[3];
+    float margin[3], start = start_of(q, p);
     bool wide = !is_near(p, mesh);
     if (wide) find_margin(p, mesh, margin);
     shear sheared;
@@ -178,8 +183,8 @@ INLINE bool walk_mesh(query *q, const prepared *p, const bvh_tree *mesh, const m
                 bounds = (const float(*)[3][BVH_WIDTH])mixed;
             }
             f8 entry;
-            m8 passed = wide ? test_children(p, bounds, margin, q->best_t, &entry)
-                             : test_children(p, bounds, NULL, q->best_t, &entry);
+            m8 passed = wide ? test_children(p, bounds, margin, start, q->best_t, &entry)
+                             : test_children(p, bounds, NULL, start, q->best_t, &entry);
             q->counters.nodes++;
             reference =
                 push_children(&stack, node, entry, m8_bits(passed), f8_least(entry, passed));
@@ -273,7 +278,7 @@ INLINE bool walk_tree(query *q, const prepared *p, const bvh_tree *tree, const f
         } else {
             const bvh_node *node = &tree->nodes[reference];
             f8 entry;
-            m8 passed = test_children(p, node->bounds, NULL, q->best_t, &entry);
+            m8 passed = test_children(p, node->bounds, NULL, p->t_min, q->best_t, &entry);
             q->counters.nodes++;
             unsigned lanes = m8_bits(passed), nearest = f8_least(entry, passed);
             float entries[BVH_WIDTH];
