@@ -361,6 +361,10 @@ tag() {
     run 0 info my.lua
     prints "cameras"
     prints "lambert"
+    prints "acceleration structure"
+    run 0 info my.lua --no-build
+    prints "more at most while the structure is built"
+    lacks "acceleration structure"
     run 5 info nothing.png
     run 5 info nothing.lua
 }

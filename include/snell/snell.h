@@ -421,7 +421,8 @@ typedef struct snell_scene_stats {
     uint64_t unique_triangle_count;
     uint32_t shape_count, material_count, texture_count, light_count, camera_count, param_count;
     uint64_t memory_geometry, memory_accel, memory_textures; /* bytes; accel: 0 before a commit */
-    uint64_t memory_planned; /* that a commit takes for geometry at most, besides memory_geometry, at
+    uint64_t
+        memory_planned; /* that a commit takes for geometry at most, besides memory_geometry, at
                                 any quality and this number of threads, if no group is drawn with
                                 several materials of its instances; without motions and lights */
     bool has_emission, has_background, has_ambient, has_dielectric;
