@@ -423,12 +423,6 @@ INLINE void step_beam(const beam *k, const bvh_tree *tree, const bvh_node *node,
 /* How many rays should be left at a node. */
 INLINE uint32_t full_of(uint32_t rays) { return rays > 4 * BEAM_FULL ? rays / 4 : BEAM_FULL; }
 
-/* What stands in a leaf of the world. Returns the rays that meet it, or may. planes: of its box, NULL: it has none. */
-static uint64_t meet_closest(beam *k, const frozen_level *world, uint32_t index, const char *planes,
-                             uint64_t rays);
-static uint64_t meet_any(beam *k, const frozen_level *world, uint32_t index, const char *planes,
-                         uint64_t rays);
-
 INLINE void note_met(beam *k, uint64_t met, const bool any) {
     if (met == 0) return;
     if (any) {
@@ -436,6 +430,35 @@ INLINE void note_met(beam *k, uint64_t met, const bool any) {
         k->alive &= ~met;
     } else
         find_limit(k);
+}
+
+/* What stands in a leaf of the world, for those rays that pass its box. Returns the rays that meet it, or may. floor_t:
+ * where each enters the box; of what is not bounded, t_min. */
+static uint64_t meet_closest(beam *k, const frozen_level *world, uint32_t index,
+                             const float floor_t[TILE], bool bounded, uint64_t rays);
+static uint64_t meet_any(beam *k, const frozen_level *world, uint32_t index,
+                         const float floor_t[TILE], bool bounded, uint64_t rays);
+
+INLINE void meet(beam *k, const frozen_level *world, uint32_t index, const float floor_t[TILE],
+                 bool bounded, uint64_t rays, const bool any) {
+    if (rays == 0) return;
+    note_met(k,
+             any ? meet_any(k, world, index, floor_t, bounded, rays)
+                 : meet_closest(k, world, index, floor_t, bounded, rays),
+             any);
+}
+
+INLINE void meet_leaf(beam *k, const frozen_level *world, uint32_t index, const char *planes,
+                      uint64_t rays, const bool any) {
+    float floor_t[TILE];
+    uint64_t passed = 0;
+    for (uint32_t at = 0; at < TILE; at += GROUP) {
+        f16 entry;
+        if (LANES(rays, at) == 0) continue;
+        passed |= (uint64_t)cross_box(k, at, planes, &entry) << at;
+        f16_store(floor_t + at, entry);
+    }
+    meet(k, world, index, floor_t, true, rays & passed, any);
 }
 
 /* Those rays of a beam. world: whose tree it is; NULL: of a mesh. False: given up. */
@@ -461,12 +484,7 @@ INLINE bool walk_beam(beam *k, const bvh_tree *tree, uint64_t rays, const frozen
             continue;
         }
         if (world) {
-            uint32_t index = reference & ~BVH_LEAF;
-            const char *planes = s.planes[s.walk.count];
-            note_met(k,
-                     any ? meet_any(k, world, index, planes, rays)
-                         : meet_closest(k, world, index, planes, rays),
-                     any);
+            meet_leaf(k, world, reference & ~BVH_LEAF, s.planes[s.walk.count], rays, any);
             continue;
         }
         const triangle_block *block = &tree->blocks[reference & BVH_INDEX_MASK];

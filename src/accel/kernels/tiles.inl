@@ -44,11 +44,11 @@ INLINE uint64_t find_far(const tile *t, const bvh_tree *mesh, uint32_t at) {
     return (uint64_t)(~near & 0xffff) << at;
 }
 
-/* As test_box. */
-INLINE void enter_box(tile *t, const bounds3 *box, uint32_t at) {
-    const float low[3] = {box->min.x, box->min.y, box->min.z};
-    const float high[3] = {box->max.x, box->max.y, box->max.z};
-    f16 t_min = f16_load(t->t_min + at), enter = t_min, leave = f16_set(INFINITY);
+/* Lanes of the group that pass a box before their limits, whichever way they go, and where they enter it; as
+ * test_box. */
+INLINE uint32_t pass_box(const tile *t, uint32_t at, const float low[3], const float high[3],
+                         const float limits[TILE], f16 *entry) {
+    f16 enter = f16_load(t->t_min + at), leave = f16_set(INFINITY);
     for (int i = 0; i < 3; i++) {
         uint32_t back = LANES(t->back[i], at);
         f16 o = f16_load(t->o[i] + at), inv = f16_load(t->inv[i] + at);
@@ -57,10 +57,18 @@ INLINE void enter_box(tile *t, const bounds3 *box, uint32_t at) {
         enter = f16_max(f16_mul(f16_sub(near, o), inv), enter);
         leave = f16_min(f16_mul(f16_sub(far, o), inv), leave);
     }
-    uint32_t passed = f16_less_equal(
-        enter, f16_min(f16_load(t->t_max + at), f16_mul(leave, f16_set(BOX_EXIT_SCALE))));
-    f16_store(t->floor_t + at, f16_max(enter, t_min));
-    t->enter &= (uint64_t)passed << at | ~((uint64_t)0xffff << at);
+    *entry = enter;
+    return f16_less_equal(enter,
+                          f16_min(f16_load(limits + at), f16_mul(leave, f16_set(BOX_EXIT_SCALE))));
+}
+
+INLINE void enter_box(tile *t, const bounds3 *box, uint32_t at) {
+    const float low[3] = {box->min.x, box->min.y, box->min.z};
+    const float high[3] = {box->max.x, box->max.y, box->max.z};
+    f16 enter;
+    uint64_t passed = pass_box(t, at, low, high, t->t_max, &enter);
+    f16_store(t->floor_t + at, f16_max(enter, f16_load(t->t_min + at)));
+    t->enter &= passed << at | ~((uint64_t)0xffff << at);
 }
 
 /* As make_shear. */

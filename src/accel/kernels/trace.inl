@@ -76,8 +76,10 @@ static __attribute__((noinline)) void trace_one_by_one(batch *b) {
 }
 
 static void trace_batch(batch *b) {
-    if (b->count < FEW || b->a->world.small)
+    if (b->count < FEW)
         trace_one_by_one(b);
+    else if (b->a->world.small)
+        trace_small(b);
     else if (is_one_mesh(b->a))
         trace_turns(b);
     else

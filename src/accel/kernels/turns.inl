@@ -243,21 +243,31 @@ INLINE void share_way(batch *b, const tile *t) {
     b->counters.nodes += b->shared->node_count;
 }
 
-/* Makes the next rays of the batch ready, and traces those that need no turn. */
-static __attribute__((noinline)) void next_tile(batch *b, const bool any, const bool many) {
-    tile *t = &b->tile;
+/* Makes the next rays of the batch ready. */
+INLINE void load_next(batch *b, const bool many) {
     size_t first = b->next, count = b->count - first < TILE ? b->count - first : TILE;
     b->next += count;
-    load_tile(t, many ? NULL : b->instance, b->rays + first, count);
+    load_tile(&b->tile, many ? NULL : b->instance, b->rays + first, count);
+}
+
+/* Those rays of the tile one by one; and the others of `done`, which meet nothing. */
+INLINE void trace_alone(batch *b, uint64_t done, uint64_t rays, const bool any) {
+    size_t first = (size_t)(b->tile.rays - b->rays);
     query q = {0};
-    for (uint64_t rest = t->all & (~t->enter | t->far); rest != 0; rest &= rest - 1) {
+    for (uint64_t rest = done | rays; rest != 0; rest &= rest - 1) {
         size_t index = first + (size_t)__builtin_ctzll(rest);
         start_query(&q, &b->rays[index]);
-        if (t->enter & rest & -rest && trace_world(&q, b->a, &b->rays[index], any))
-            q.best_instance = 0;
+        if (rays & rest & -rest && trace_world(&q, b->a, &b->rays[index], any)) q.best_instance = 0;
         end_turn(b, &q, index, any);
     }
     add_counters(&b->counters, &q.counters);
+}
+
+/* The next tile, but for what turns are for. */
+static __attribute__((noinline)) void next_tile(batch *b, const bool any, const bool many) {
+    tile *t = &b->tile;
+    load_next(b, many);
+    trace_alone(b, t->all & ~t->enter, t->enter & t->far, any);
     b->left = trace_beams(b, t, t->enter & ~t->far, any, many);
     b->shared->rays = 0;
     if (any && !many) share_way(b, t);
@@ -359,4 +369,31 @@ static __attribute__((noinline)) void trace_many(batch *b) {
         take_turns(b, turns, false, true);
     else
         take_turns(b, turns, true, true);
+}
+
+/* ---- a world of few things ---- */
+
+INLINE void trace_tiles(batch *b, const bool any) {
+    const tile *t = &b->tile;
+    while (b->next < b->count) {
+        load_next(b, true);
+        uint64_t together = t->enter & t->plain;
+        trace_alone(b, t->all & ~t->enter, t->enter & ~t->plain, any);
+        beam k;
+        k.tile = t;
+        k.alive = together;
+        k.met = k.visits = 0;
+        k.counters = k.alone = (trace_counters){0};
+        start_bests(&k);
+        meet_all(&k, &b->a->world, any);
+        count_beam(b, &k);
+        end_beam(b, &k, together, any);
+    }
+}
+
+static __attribute__((noinline)) void trace_small(batch *b) {
+    if (b->hits != NULL)
+        trace_tiles(b, false);
+    else
+        trace_tiles(b, true);
 }

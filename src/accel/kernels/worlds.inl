@@ -133,50 +133,84 @@ INLINE uint64_t meet_sphere(beam *k, const frozen_outline *sphere, const float f
 }
 
 INLINE uint64_t meet_instance(beam *k, const frozen_level *world, uint32_t index,
-                              const char *planes, uint64_t rays, const bool any) {
+                              const float floor_t[TILE], bool bounded, uint64_t rays,
+                              const bool any) {
     const frozen_instance *in = &world->instances[index];
-    const tile *t = k->tile;
-    float floor_t[TILE];
-    rays = seen_by(t, rays, in->mask);
-    for (uint32_t at = 0; at < TILE; at += GROUP) {
-        f16 entry = f16_load(t->t_min + at);
-        if (LANES(rays, at) == 0) continue;
-        if (planes)
-            rays &= (uint64_t)cross_box(k, at, planes, &entry) << at | ~((uint64_t)0xffff << at);
-        f16_store(floor_t + at, entry);
-    }
-    uint64_t met = 0;
+    rays = seen_by(k->tile, rays, in->mask);
     if (world->outlines[index].sphere_mask)
         return meet_sphere(k, &world->outlines[index], floor_t, rays, any);
+    if (in->plain) return meet_plain(k, in, floor_t, rays, any);
+    uint64_t met = 0;
     if (in->mesh && !in->moves && count_bits(rays) >= BEAM_LEAST)
         rays &= ~(in->identity ? meet_mesh(k, in, floor_t, rays, &met, any)
                                : meet_placed_mesh(k, in, floor_t, rays, &met, any));
     if (any) rays &= ~met;
-    return met | meet_in_turn(k, world, index, floor_t, planes != NULL, rays, any);
+    return met | meet_in_turn(k, world, index, floor_t, bounded, rays, any);
 }
 
 static __attribute__((noinline)) uint64_t meet_closest(beam *k, const frozen_level *world,
-                                                       uint32_t index, const char *planes,
-                                                       uint64_t rays) {
-    return meet_instance(k, world, index, planes, rays, false);
+                                                       uint32_t index, const float floor_t[TILE],
+                                                       bool bounded, uint64_t rays) {
+    return meet_instance(k, world, index, floor_t, bounded, rays, false);
 }
 
-static __attribute__((noinline)) uint64_t
-meet_any(beam *k, const frozen_level *world, uint32_t index, const char *planes, uint64_t rays) {
-    return meet_instance(k, world, index, planes, rays, true);
+static __attribute__((noinline)) uint64_t meet_any(beam *k, const frozen_level *world,
+                                                   uint32_t index, const float floor_t[TILE],
+                                                   bool bounded, uint64_t rays) {
+    return meet_instance(k, world, index, floor_t, bounded, rays, true);
+}
+
+INLINE void meet_unbounded(beam *k, const frozen_level *world, const bool any) {
+    for (size_t i = 0; i < world->unbounded_count; i++)
+        meet(k, world, world->unbounded[i], k->tile->t_min, false, k->alive, any);
 }
 
 /* False: given up. */
 INLINE bool walk_world(beam *k, const frozen_level *world, const bool any) {
-    for (size_t i = 0; i < world->unbounded_count && k->alive != 0; i++) {
-        uint32_t index = world->unbounded[i];
-        note_met(k,
-                 any ? meet_any(k, world, index, NULL, k->alive)
-                     : meet_closest(k, world, index, NULL, k->alive),
-                 any);
-    }
+    meet_unbounded(k, world, any);
     if (world->top.node_count == 0) return true;
     return walk_beam(k, &world->top, k->alive, world, any);
+}
+
+/* All rays of a tile, whichever way they go, through a world that has at most one node: each asks everything. */
+INLINE void meet_all(beam *k, const frozen_level *world, const bool any) {
+    meet_unbounded(k, world, any);
+    if (world->top.node_count == 0) return;
+    const bvh_node *node = &world->top.nodes[world->top.root];
+    k->counters.nodes += count_bits(k->alive);
+    for (uint32_t i = node->valid; i != 0; i &= i - 1) {
+        uint32_t child = (uint32_t)__builtin_ctz(i);
+        float low[3], high[3], floor_t[TILE];
+        uint64_t passed = 0;
+        for (int axis = 0; axis < 3; axis++)
+            low[axis] = node->bounds[0][axis][child], high[axis] = node->bounds[1][axis][child];
+        for (uint32_t at = 0; at < TILE; at += GROUP) {
+            f16 enter;
+            passed |= (uint64_t)pass_box(k->tile, at, low, high, k->best_t, &enter) << at;
+            f16_store(floor_t + at, enter);
+        }
+        meet(k, world, node->child[child] & ~BVH_LEAF, floor_t, true, passed & k->alive, any);
+    }
+}
+
+INLINE void count_beam(batch *b, const beam *k) {
+    add_counters(&b->counters, &k->counters);
+    add_counters(&b->counters, &k->alone);
+}
+
+/* What those rays of it have met. */
+INLINE void end_beam(batch *b, const beam *k, uint64_t rays, const bool any) {
+    size_t first = (size_t)(k->tile->rays - b->rays);
+    for (; rays != 0; rays &= rays - 1) {
+        uint32_t i = (uint32_t)__builtin_ctzll(rays);
+        if (any)
+            b->blocked[first + i] = k->met >> i & 1;
+        else
+            b->hits[first + i] =
+                k->instance[i] == NO_ID
+                    ? (hit){INFINITY, 0, 0, NO_ID, NO_ID}
+                    : (hit){k->best_t[i], k->best_u[i], k->best_v[i], k->primitive[i], k->instance[i]};
+    }
 }
 
 /* Traces the beams among `rays`: through the mesh, or of `many` through the world. Returns those that are still to be
@@ -187,7 +221,6 @@ static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, u
     const bounds3 *box = many ? &world->top.bounds : &b->instance->mesh->bounds;
     float size = float_max(float_max(box->max.x - box->min.x, box->max.y - box->min.y),
                            box->max.z - box->min.z);
-    size_t first = (size_t)(t->rays - b->rays);
     uint64_t tried = rays & t->plain;
     b->beam_least =
         b->beam_least > BEAM_LEAST + LEAST_LESS ? b->beam_least - LEAST_LESS : BEAM_LEAST;
@@ -206,21 +239,11 @@ static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, u
             choose_mesh(&k, b->instance, alike, t->floor_t);
             done = walk_beam(&k, b->instance->mesh, alike, NULL, any);
         }
-        add_counters(&b->counters, &k.counters);
-        add_counters(&b->counters, &k.alone);
+        count_beam(b, &k);
         if (k.visits < full_of(count) * k.counters.nodes) b->beam_least = count + LEAST_MORE;
         if (!done) return rays;
+        end_beam(b, &k, alike, any);
         rays &= ~alike;
-        for (; alike != 0; alike &= alike - 1) {
-            uint32_t i = (uint32_t)__builtin_ctzll(alike);
-            if (any)
-                b->blocked[first + i] = k.met >> i & 1;
-            else
-                b->hits[first + i] = k.instance[i] == NO_ID
-                                         ? (hit){INFINITY, 0, 0, NO_ID, NO_ID}
-                                         : (hit){k.best_t[i], k.best_u[i], k.best_v[i],
-                                                 k.primitive[i], k.instance[i]};
-        }
     }
     return rays;
 }
