@@ -147,6 +147,19 @@ static void make_mixture(test_scene *s, rng *r) {
     }
 }
 
+/* So few shapes that one node holds them all. */
+static void make_few(test_scene *s, rng *r) {
+    uint32_t plane = scene_add_shape(s, "plane", "point", (vec3){0, 0, 0}, NULL, 0);
+    uint32_t quad = scene_add_shape(s, "quad", NULL, (vec3){0, 0, 0}, NULL, 0);
+    uint32_t disk = scene_add_shape(s, "disk", "center", (vec3){0, 0, 0}, "radius", 2);
+    uint32_t box = scene_add_shape(s, "box", NULL, (vec3){0, 0, 0}, NULL, 0);
+    uint32_t ball = scene_add_shape(s, "sphere", "center", (vec3){1, 0, 1}, "radius", 1);
+    const uint32_t all[] = {ball, plane, quad, disk, box, ball, ball, quad};
+    transform m = random_transform(r, true);
+    for (size_t i = 0; i < COUNT_OF(all); i++)
+        scene_add_instance(s, all[i], i == 4 || i == 5 ? &m : NULL);
+}
+
 /* Triangles anywhere, of any size, some of them points or lines. */
 static void make_soup(test_scene *s, rng *r) {
     enum { COUNT = 60 };
@@ -212,6 +225,7 @@ static const struct {
               {"instances", make_instances},
               {"far spheres", make_far_spheres},
               {"mixture", make_mixture},
+              {"few", make_few},
               {"soup", make_soup},
               {"parts", make_parts}};
 

@@ -11,7 +11,7 @@ typedef struct tile {
             float o[3][TILE], t_min[TILE], d[3][TILE], t_max[TILE];
         };
     };
-    float inv[3][TILE], shear[3][TILE], floor_t[TILE];
+    float inv[3][TILE], shear[3][TILE], floor_t[TILE], after_t[TILE];
     uint8_t axes[TILE][3]; /* shear.k */
     const ray *rays;
     uint64_t all;
@@ -19,6 +19,7 @@ typedef struct tile {
     uint64_t enter; /* may hit something: sound, and for a mesh not masked, and pass its box */
     uint64_t far;   /* for these the nodes are too narrow as they are */
     uint64_t plain; /* no zero in d, no NaN in t; and does not walk on */
+    uint64_t walks;
     uint32_t masks, common_mask; /* bits that any ray has, and that all have */
 } tile;
 
@@ -117,7 +118,7 @@ INLINE void ready_group(tile *t, uint32_t at) {
 INLINE void empty_tile(tile *t, const ray *rays, uint64_t all) {
     t->all = t->enter = t->plain = all;
     t->rays = rays;
-    t->far = 0;
+    t->far = t->walks = 0;
     for (int i = 0; i < 3; i++) t->back[i] = t->dominated[i] = 0;
 }
 
@@ -128,8 +129,10 @@ INLINE void load_tile(tile *t, const frozen_instance *in, const ray *rays, size_
     for (uint32_t i = 0; i < TILE && i < count; i++) {
         t->masks |= rays[i].mask, t->common_mask &= rays[i].mask;
         if (in) t->enter &= ~((uint64_t)((rays[i].mask & in->mask) == 0) << i);
-        t->plain &= ~((uint64_t)(rays[i].after_t != -INFINITY) << i);
+        t->walks |= (uint64_t)(rays[i].after_t != -INFINITY) << i;
+        t->after_t[i] = rays[i].after_t;
     }
+    t->plain &= ~t->walks;
     for (uint32_t at = 0; at < TILE; at += GROUP) {
         for (uint32_t i = at; i < at + GROUP; i += 8) {
             ray few[8]; /* at the end of the batch and beyond it, some ray */

@@ -128,7 +128,7 @@ INLINE bool enter_instance(turn *t, const frozen_instance *in, float floor_t) {
 
 /* A sphere's turn comes together with others. */
 INLINE bool is_sphere(const turn *t, const frozen_outline *of) {
-    return of->sphere_mask & t->q.ray->mask && t->q.ray->after_t == -INFINITY;
+    return of->sphere_mask & t->q.ray->mask;
 }
 
 /* What stands in a leaf of the world, and in those that follow; or a mesh is left. Returns what the ray does next; a
@@ -165,7 +165,7 @@ INLINE void add_turn(sphere_pairs *s, turn *t, const frozen_outline *sphere) {
     s->t_min[to] = t->p.t_min, s->t_max[to] = t->p.t_max;
     s->floor_t[to] = float_max(t->stack.entries[t->stack.count], t->p.t_min);
     s->of[to] = t;
-    add_sphere(s, sphere);
+    add_sphere(s, sphere, t->q.ray);
     t->q.counters.primitives++;
 }
 
@@ -186,13 +186,13 @@ static __attribute__((noinline)) void step_spheres(const batch *b, sphere_pairs 
         }
         enqueue(to, n, t, pop(&t->stack), true);
     }
-    s->count = 0;
+    s->count = s->behind = 0;
 }
 
 INLINE void step_leaves(const batch *b, turn *const *turns, uint32_t count, const bool any,
                         queue *to, queue_counts *n) {
     sphere_pairs spheres;
-    spheres.count = 0;
+    spheres.count = spheres.behind = 0;
     for (uint32_t i = 0; i < count; i++) {
         turn *t = turns[i];
         uint32_t next = visit_leaves(b, t, any);
@@ -377,17 +377,16 @@ INLINE void trace_tiles(batch *b, const bool any) {
     const tile *t = &b->tile;
     while (b->next < b->count) {
         load_next(b, true);
-        uint64_t together = t->enter & t->plain;
-        trace_alone(b, t->all & ~t->enter, t->enter & ~t->plain, any);
+        trace_alone(b, t->all & ~t->enter, 0, any);
         beam k;
         k.tile = t;
-        k.alive = together;
+        k.alive = t->enter;
         k.met = k.visits = 0;
         k.counters = k.alone = (trace_counters){0};
         start_bests(&k);
         meet_all(&k, &b->a->world, any);
         count_beam(b, &k);
-        end_beam(b, &k, together, any);
+        end_beam(b, &k, t->enter, any);
     }
 }
 

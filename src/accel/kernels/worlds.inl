@@ -40,7 +40,7 @@ INLINE bool take_nearer(beam *k, uint32_t i, float t, float u, float v, uint32_t
     return true;
 }
 
-/* A plain shape, as trace_analytic: none of these rays walks on. */
+/* A plain shape, as trace_analytic, and rays that do not walk on. */
 INLINE uint64_t meet_plain(beam *k, const frozen_instance *in, const float floor_t[TILE],
                            uint64_t rays, const bool any) {
     const tile *t = k->tile;
@@ -107,27 +107,48 @@ INLINE uint64_t meet_mesh(beam *k, const frozen_instance *in, const float floor_
     return done ? rays : k->met & ~met_before;
 }
 
+/* From so many rays of eight on, they are tested where they stand. */
+enum { SPHERE_LEAST = 3 };
+
+INLINE uint64_t take_spheres(beam *k, const frozen_outline *sphere, const uint8_t ray_of[PAIRS],
+                             unsigned lanes, const float t[PAIRS], const bool any) {
+    uint64_t met = 0;
+    for (; lanes != 0; lanes &= lanes - 1) {
+        uint32_t lane = (uint32_t)__builtin_ctz(lanes), i = ray_of[lane];
+        if (any || take_nearer(k, i, t[lane], 0, 0, sphere->first, 0)) met |= (uint64_t)1 << i;
+    }
+    return met;
+}
+
 INLINE uint64_t meet_sphere(beam *k, const frozen_outline *sphere, const float floor_t[TILE],
                             uint64_t rays, const bool any) {
     const tile *t = k->tile;
     uint64_t met = 0;
     k->counters.primitives += count_bits(rays);
-    while (rays != 0) {
-        sphere_pairs s = {.count = 0};
+    for (uint32_t at = 0; at < TILE; at += PAIRS) {
+        unsigned lanes = (unsigned)(rays >> at) & 0xff;
+        if (count_bits(lanes) < SPHERE_LEAST) continue;
+        float found[PAIRS];
         uint8_t ray_of[PAIRS];
+        for (uint32_t i = 0; i < PAIRS; i++) ray_of[i] = (uint8_t)(at + i);
+        unsigned hits = meet_one_sphere(t, at, sphere, floor_t, lanes, found);
+        met |= take_spheres(k, sphere, ray_of, hits, found, any);
+        rays &= ~((uint64_t)0xff << at);
+    }
+    while (rays != 0) {
+        sphere_pairs s;
+        uint8_t ray_of[PAIRS];
+        s.count = s.behind = 0;
         for (; rays != 0 && s.count < PAIRS; rays &= rays - 1) {
             uint32_t i = (uint32_t)__builtin_ctzll(rays), to = s.count;
             for (int axis = 0; axis < 3; axis++)
                 s.o[axis][to] = t->o[axis][i], s.d[axis][to] = t->d[axis][i];
             s.t_min[to] = t->t_min[i], s.t_max[to] = t->t_max[i], s.floor_t[to] = floor_t[i];
             ray_of[to] = (uint8_t)i;
-            add_sphere(&s, sphere);
+            add_sphere(&s, sphere, &t->rays[i]);
         }
-        for (unsigned lanes = meet_spheres(&s); lanes != 0; lanes &= lanes - 1) {
-            uint32_t lane = (uint32_t)__builtin_ctz(lanes), i = ray_of[lane];
-            if (any || take_nearer(k, i, s.t[lane], 0, 0, sphere->first, 0))
-                met |= (uint64_t)1 << i;
-        }
+        unsigned hits = meet_spheres(&s);
+        met |= take_spheres(k, sphere, ray_of, hits, s.t, any);
     }
     return met;
 }
@@ -139,8 +160,11 @@ INLINE uint64_t meet_instance(beam *k, const frozen_level *world, uint32_t index
     rays = seen_by(k->tile, rays, in->mask);
     if (world->outlines[index].sphere_mask)
         return meet_sphere(k, &world->outlines[index], floor_t, rays, any);
-    if (in->plain) return meet_plain(k, in, floor_t, rays, any);
     uint64_t met = 0;
+    if (in->plain) {
+        met = meet_plain(k, in, floor_t, rays & ~k->tile->walks, any);
+        rays &= k->tile->walks;
+    }
     if (in->mesh && !in->moves && count_bits(rays) >= BEAM_LEAST)
         rays &= ~(in->identity ? meet_mesh(k, in, floor_t, rays, &met, any)
                                : meet_placed_mesh(k, in, floor_t, rays, &met, any));
@@ -206,10 +230,10 @@ INLINE void end_beam(batch *b, const beam *k, uint64_t rays, const bool any) {
         if (any)
             b->blocked[first + i] = k->met >> i & 1;
         else
-            b->hits[first + i] =
-                k->instance[i] == NO_ID
-                    ? (hit){INFINITY, 0, 0, NO_ID, NO_ID}
-                    : (hit){k->best_t[i], k->best_u[i], k->best_v[i], k->primitive[i], k->instance[i]};
+            b->hits[first + i] = k->instance[i] == NO_ID
+                                     ? (hit){INFINITY, 0, 0, NO_ID, NO_ID}
+                                     : (hit){k->best_t[i], k->best_u[i], k->best_v[i],
+                                             k->primitive[i], k->instance[i]};
     }
 }
 
