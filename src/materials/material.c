@@ -56,7 +56,8 @@ void material_evaluate(const material *m, const material_point *point, bsdf *out
     out->lobe_count = out->coat_count = 0;
     out->ior1 = out->ior2 = 1;
     out->disperses = false;
-    out->coat = point->coat;
+    out->coat.own = point->coat.own;
+    if (out->coat.own) out->coat = point->coat;
     out->alpha = m->opaque_alpha && point->alpha == 1 ? 1 : material_alpha(m, point);
     out->ambient = dvec3_from(common->ambient);
     out->emission = m->shines ? material_emission(m, point) : (dvec3){0, 0, 0};

@@ -115,7 +115,6 @@ static __attribute__((noinline)) void share_nodes(shares *s, const tile *t, cons
 
 /* What waits for ray i, onto its stack. */
 INLINE void take_share(const shares *s, uint32_t i, walk_stack *stack) {
-    start_stack(stack);
     for (uint32_t k = 0; k < s->count[i]; k += BVH_WIDTH)
         memcpy(stack->references + 1 + k, s->references[i] + k, BVH_WIDTH * sizeof(uint32_t));
     stack->count += s->count[i];

@@ -31,6 +31,7 @@
 
 #include "accel/kernels/tiles.inl"
 #include "accel/kernels/shared.inl"
+#include "accel/kernels/beams.inl"
 
 /* All rays of a call. */
 typedef struct batch {
@@ -43,11 +44,11 @@ typedef struct batch {
     tile tile;           /* which ends at `next` .. */
     uint64_t left;       /* .. and its rays that are still to be traced */
     uint32_t beam_least; /* rays that a beam must have */
-    shares *shared;      /* by that tile */
+    shares *shared;      /* of one mesh: by that tile */
+    beam *outside;       /* of a world of many things: that tile, and what it met that has no box */
     trace_counters counters;
 } batch;
 
-#include "accel/kernels/beams.inl"
 #include "accel/kernels/spheres.inl"
 #include "accel/kernels/worlds.inl"
 #include "accel/kernels/turns.inl"

@@ -206,25 +206,6 @@ INLINE void step_leaves(const batch *b, turn *const *turns, uint32_t count, cons
     if (spheres.count > 0) step_spheres(b, &spheres, any, to, n);
 }
 
-/* False: it ended as it began. */
-INLINE bool start_in_world(const batch *b, turn *t, const ray *r, const bool any) {
-    const frozen_level *world = &b->a->world;
-    start_query(&t->q, r);
-    t->q.o = dvec3_from(r->o), t->q.d = dvec3_from(r->d);
-    if (!prepare(&t->p, f8_load((const float *)r))) return false;
-    for (size_t i = 0; i < world->unbounded_count; i++)
-        if (visit_instance(&t->q, &t->p, world, world->unbounded[i], r->t_min, false, any)) {
-            t->q.best_instance = 0;
-            return false;
-        }
-    t->start_t = t->p.t_min;
-    t->in = NULL;
-    t->tree = &world->top;
-    t->next = t->tree->root;
-    start_stack(&t->stack);
-    return t->tree->node_count > 0;
-}
-
 /* ---- from ray to ray ---- */
 
 INLINE void end_turn(batch *b, const query *q, size_t index, const bool any) {
@@ -268,47 +249,56 @@ static __attribute__((noinline)) void next_tile(batch *b, const bool any, const 
     tile *t = &b->tile;
     load_next(b, many);
     trace_alone(b, t->all & ~t->enter, t->enter & t->far, any);
-    b->left = trace_beams(b, t, t->enter & ~t->far, any, many);
+    uint64_t rays = many ? enter_world(b, any) : t->enter & ~t->far;
+    b->left = trace_beams(b, t, rays, any, many);
+    if (many) return;
     b->shared->rays = 0;
-    if (any && !many) share_way(b, t);
+    if (any) share_way(b, t);
+}
+
+INLINE void make_sheared(shear *s, const tile *from, uint32_t i) {
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        s->k[axis] = from->axes[i][axis];
+        s->o[axis] = from->o[from->axes[i][axis]][i];
+    }
+    s->x = from->shear[0][i], s->y = from->shear[1][i], s->z = from->shear[2][i];
 }
 
 /* Gives the turn the next ray that may meet something. False: there is none. */
 INLINE bool start_turn(batch *b, turn *t, const bool any, const bool many) {
     const tile *from = &b->tile;
-    uint32_t i;
-    for (;;) {
-        while (b->left == 0) {
-            if (b->next == b->count) return false;
-            next_tile(b, any, many);
-        }
-        i = (uint32_t)__builtin_ctzll(b->left);
-        b->left &= b->left - 1;
-        t->index = (size_t)(&from->rays[i] - b->rays);
-        if (!many) break;
-        if (start_in_world(b, t, &from->rays[i], any)) return true;
-        end_turn(b, &t->q, t->index, any);
+    while (b->left == 0) {
+        if (b->next == b->count) return false;
+        next_tile(b, any, many);
+    }
+    uint32_t i = (uint32_t)__builtin_ctzll(b->left), octant = 0;
+    b->left &= b->left - 1;
+    t->index = (size_t)(&from->rays[i] - b->rays);
+    f8_store(t->p.row, f8_load((const float *)&from->rays[i]));
+    for (uint32_t axis = 0; axis < 3; axis++) {
+        octant |= (uint32_t)(from->back[axis] >> i & 1) << axis;
+        t->p.inv[axis] = from->inv[axis][i];
+    }
+    memcpy(t->p.offsets, plane_offsets[octant], sizeof plane_offsets[0]);
+    start_stack(&t->stack);
+    if (many) {
+        load_bests(&t->q, b->outside, i);
+        t->q.o = dvec3_from(from->rays[i].o), t->q.d = dvec3_from(from->rays[i].d);
+        t->start_t = t->p.t_min;
+        t->in = NULL;
+        t->tree = &b->a->world.top;
+        t->next = t->tree->root;
+        return true;
     }
     start_query(&t->q, &from->rays[i]);
     t->next = b->instance->mesh->root;
     t->floor_t = from->floor_t[i];
-    f8_store(t->p.row, f8_load((const float *)&from->rays[i]));
     t->start_t = start_of(&t->q, &t->p);
-    uint32_t octant = 0;
-    for (uint32_t axis = 0; axis < 3; axis++) {
-        octant |= (uint32_t)(from->back[axis] >> i & 1) << axis;
-        t->p.inv[axis] = from->inv[axis][i];
-        t->sheared.k[axis] = from->axes[i][axis];
-        t->sheared.o[axis] = from->o[from->axes[i][axis]][i];
-    }
-    t->sheared.x = from->shear[0][i], t->sheared.y = from->shear[1][i];
-    t->sheared.z = from->shear[2][i];
-    memcpy(t->p.offsets, plane_offsets[octant], sizeof plane_offsets[0]);
+    make_sheared(&t->sheared, from, i);
     if (b->shared->rays >> i & 1) {
         take_share(b->shared, i, &t->stack);
         t->next = pop(&t->stack);
-    } else
-        start_stack(&t->stack);
+    }
     return true;
 }
 
@@ -363,8 +353,8 @@ static __attribute__((noinline)) void trace_turns(batch *b) {
 
 static __attribute__((noinline)) void trace_many(batch *b) {
     turn turns[TURNS];
-    shares shared;
-    b->shared = &shared;
+    beam outside;
+    b->outside = &outside;
     if (b->hits != NULL)
         take_turns(b, turns, false, true);
     else
@@ -379,11 +369,7 @@ INLINE void trace_tiles(batch *b, const bool any) {
         load_next(b, true);
         trace_alone(b, t->all & ~t->enter, 0, any);
         beam k;
-        k.tile = t;
-        k.alive = t->enter;
-        k.met = k.visits = 0;
-        k.counters = k.alone = (trace_counters){0};
-        start_bests(&k);
+        take_tile(&k, t);
         meet_all(&k, &b->a->world, any);
         count_beam(b, &k);
         end_beam(b, &k, t->enter, any);

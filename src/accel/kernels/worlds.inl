@@ -189,31 +189,61 @@ INLINE void meet_unbounded(beam *k, const frozen_level *world, const bool any) {
         meet(k, world, world->unbounded[i], k->tile->t_min, false, k->alive, any);
 }
 
-/* False: given up. */
-INLINE bool walk_world(beam *k, const frozen_level *world, const bool any) {
-    meet_unbounded(k, world, any);
-    if (world->top.node_count == 0) return true;
-    return walk_beam(k, &world->top, k->alive, world, any);
+/* All that a tile holds, whichever way they go. */
+INLINE void take_tile(beam *k, const tile *t) {
+    k->tile = t;
+    k->alive = t->enter;
+    k->met = k->visits = 0;
+    k->counters = k->alone = (trace_counters){0};
+    start_bests(k);
 }
 
-/* All rays of a tile, whichever way they go, through a world that has at most one node: each asks everything. */
+INLINE uint64_t pass_bounds(const beam *k, const float low[3], const float high[3],
+                            float entry[TILE]) {
+    uint64_t passed = 0;
+    for (uint32_t at = 0; at < TILE; at += GROUP) {
+        f16 enter;
+        passed |= (uint64_t)pass_box(k->tile, at, low, high, k->best_t, &enter) << at;
+        f16_store(entry + at, enter);
+    }
+    return passed & k->alive;
+}
+
+/* Where the first of those rays enters. */
+INLINE float first_entry(const float entry[TILE], uint64_t rays) {
+    float least, unused;
+    find_range(entry, rays, &least, &unused);
+    return least;
+}
+
+/* Through a world that has at most one node: what is in it is asked in the order in which the first ray enters. */
 INLINE void meet_all(beam *k, const frozen_level *world, const bool any) {
     meet_unbounded(k, world, any);
     if (world->top.node_count == 0) return;
     const bvh_node *node = &world->top.nodes[world->top.root];
+    float entries[BVH_WIDTH][TILE], first[BVH_WIDTH];
+    uint64_t passed[BVH_WIDTH];
+    uint32_t order[BVH_WIDTH], count = 0;
     k->counters.nodes += count_bits(k->alive);
     for (uint32_t i = node->valid; i != 0; i &= i - 1) {
-        uint32_t child = (uint32_t)__builtin_ctz(i);
-        float low[3], high[3], floor_t[TILE];
-        uint64_t passed = 0;
+        uint32_t child = (uint32_t)__builtin_ctz(i), at;
+        float low[3], high[3];
         for (int axis = 0; axis < 3; axis++)
             low[axis] = node->bounds[0][axis][child], high[axis] = node->bounds[1][axis][child];
-        for (uint32_t at = 0; at < TILE; at += GROUP) {
-            f16 enter;
-            passed |= (uint64_t)pass_box(k->tile, at, low, high, k->best_t, &enter) << at;
-            f16_store(floor_t + at, enter);
-        }
-        meet(k, world, node->child[child] & ~BVH_LEAF, floor_t, true, passed & k->alive, any);
+        passed[child] = pass_bounds(k, low, high, entries[child]);
+        if (passed[child] == 0) continue;
+        first[child] = first_entry(entries[child], passed[child]);
+        for (at = count++; at > 0 && first[order[at - 1]] > first[child]; at--)
+            order[at] = order[at - 1];
+        order[at] = child;
+    }
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t child = order[i];
+        uint64_t rays = passed[child] & k->alive;
+        for (uint32_t at = 0; at < TILE && !any; at += GROUP) /* what they met is nearer */
+            rays &= ~((uint64_t)f16_less(f16_load(k->best_t + at), f16_load(entries[child] + at))
+                      << at);
+        meet(k, world, node->child[child] & ~BVH_LEAF, entries[child], true, rays, any);
     }
 }
 
@@ -237,6 +267,23 @@ INLINE void end_beam(batch *b, const beam *k, uint64_t rays, const bool any) {
     }
 }
 
+/* What all rays of a tile ask first in a world of many things: what has no box, and the box about the others. Returns
+ * those that are still to be traced. */
+static __attribute__((noinline)) uint64_t enter_world(batch *b, const bool any) {
+    const frozen_level *world = &b->a->world;
+    const bounds3 *box = &world->top.bounds;
+    const float low[3] = {box->min.x, box->min.y, box->min.z};
+    const float high[3] = {box->max.x, box->max.y, box->max.z};
+    float unused[TILE];
+    beam *k = b->outside;
+    take_tile(k, &b->tile);
+    meet_unbounded(k, world, any);
+    uint64_t left = world->top.node_count > 0 ? pass_bounds(k, low, high, unused) : 0;
+    count_beam(b, k);
+    end_beam(b, k, b->tile.enter & ~left, any);
+    return left;
+}
+
 /* Traces the beams among `rays`: through the mesh, or of `many` through the world. Returns those that are still to be
  * traced. */
 static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, uint64_t rays,
@@ -255,11 +302,13 @@ static __attribute__((noinline)) uint64_t trace_beams(batch *b, const tile *t, u
         if (count < b->beam_least) continue;
         beam k;
         aim_beam(&k, t, alike);
-        start_bests(&k);
         bool done;
-        if (many)
-            done = walk_world(&k, world, any);
-        else {
+        if (many) {
+            k.bests = b->outside->bests;
+            find_limit(&k);
+            done = walk_beam(&k, &world->top, alike, world, any);
+        } else {
+            start_bests(&k);
             choose_mesh(&k, b->instance, alike, t->floor_t);
             done = walk_beam(&k, b->instance->mesh, alike, NULL, any);
         }
