@@ -443,6 +443,9 @@ aovs() {
     "$snell" my.lua "${small[@]}" -o - --format exr --aov depth 2>err | cat >piped.exr
     run 0 info piped.exr
     prints "depth: Z"
+    head -c $(($(wc -c <piped.exr) / 2)) piped.exr >cut.exr
+    run 0 info cut.exr
+    says "its colours are not looked at"
     if command -v exrheader >/dev/null; then
         exrheader layers.exr >header || fail "exrheader does not open it"
         grep -q 'cryptomatte/3ae39a5/hash .*MurmurHash3_32' header || fail "no cryptomatte in the header"

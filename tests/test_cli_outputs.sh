@@ -361,7 +361,7 @@ surroundings() {
     run 0 explain day.png 20 15
     run 0 my.lua "${small[@]}" --light sky # it has lights
     grep -q "sky" err && fail "a sky for a scene that has lights"
-    wrong "--light: there is no light 'sun'" "sky.hdr" unlit.lua --light sun
+    wrong "--light: there is no light 'sun'" "roof.hdr" unlit.lua --light sun
     run 5 unlit.lua "${small[@]}" --light no.hdr -o c.png
     absent c.png
     run 4 unlit.lua "${small[@]}" --light my.lua -o c.png

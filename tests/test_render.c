@@ -723,7 +723,16 @@ static void a_framed_model_fills_the_picture(void **state) {
                      off_center(&view, floor_corners[2], 1e9, &depth)) < 1e-3);
     assert_int_equal(snell_view_frame_scene(&view, bench.scene, 0, 0, 0, false),
                      SNELL_ERR_ARGUMENT);
+    assert_int_equal(snell_view_frame_scene(&view, bench.scene, 0, 0, INFINITY, false),
+                     SNELL_ERR_ARGUMENT);
     assert_int_equal(snell_view_frame_scene(NULL, bench.scene, 0, 0, 1, false), SNELL_ERR_ARGUMENT);
+    snell_view sideways = view;
+    const snell_vec3 wrong_ups[] = {v3(0, 0, 0), v3(0, 0, 1), v3(NAN, 1, 0)};
+    for (size_t i = 0; i < sizeof wrong_ups / sizeof wrong_ups[0]; i++) {
+        sideways.up = wrong_ups[i];
+        assert_int_equal(snell_view_frame_scene(&sideways, bench.scene, 0, 0, 1, false),
+                         SNELL_ERR_ARGUMENT);
+    }
     assert_int_equal(snell_view_frame_scene(&view, NULL, 0, 0, 1, false), SNELL_ERR_ARGUMENT);
     rig_clear(&bench); /* what is not there fits */
     MUST(snell_view_frame_scene(&view, bench.scene, 0, 0, 1, false));

@@ -175,9 +175,14 @@ static int read_floats(session *s, const char *path, snell_picture_info *info, f
     snell_film *film = NULL;
     snell_status status = snell_film_create(s->context, &film);
     if (status == SNELL_OK) status = snell_film_read(film, path, &desc);
-    int code = signals_caught() != 0       ? EXIT_SOME_FAILED
-               : status == SNELL_OK || exr ? EXIT_DONE
-                                           : report_status(status, path);
+    int code = EXIT_DONE;
+    if (signals_caught() != 0)
+        code = EXIT_SOME_FAILED;
+    else if (status == SNELL_ERR_SYNTAX && exr)
+        report_warning(NULL, "%s: its colours are not looked at: %s", path,
+                       snell_last_error()->text);
+    else if (status != SNELL_OK)
+        code = report_status(status, path);
     *has_range = status == SNELL_OK && find_range(film, range);
     if (status == SNELL_OK && hdr) {
         snprintf(info->format, sizeof info->format, "hdr");

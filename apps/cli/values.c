@@ -219,7 +219,7 @@ static int read_picture(const options *o, render_values *v) {
     v->light_sky = light != NULL && strcmp(light, "sky") == 0;
     if (light == NULL || v->light_none || v->light_sky || strcmp(light, "studio") == 0) return code;
     if (code == EXIT_DONE && strpbrk(light, "./") == NULL)
-        code = report_usage("studio, sky, none, or a picture of the surroundings such as sky.hdr",
+        code = report_usage("studio, sky, none, or a picture of the surroundings such as roof.hdr",
                             "--light: there is no light '%s'", light);
     v->light_image = light;
     return code;

@@ -421,10 +421,10 @@ typedef struct snell_scene_stats {
     uint64_t unique_triangle_count;
     uint32_t shape_count, material_count, texture_count, light_count, camera_count, param_count;
     uint64_t memory_geometry, memory_accel, memory_textures; /* bytes; accel: 0 before a commit */
-    uint64_t
-        memory_planned; /* that a commit takes for geometry at most, besides memory_geometry, at
-                                any quality and this number of threads, if no group is drawn with
-                                several materials of its instances; without motions and lights */
+    /* Bytes that a commit takes for geometry at most, besides memory_geometry, at any quality and this
+     * number of threads, if no group is drawn with several materials of its instances; without motions
+     * and lights. */
+    uint64_t memory_planned;
     bool has_emission, has_background, has_ambient, has_dielectric;
 } snell_scene_stats;
 SNELL_API snell_status snell_scene_get_stats(
@@ -558,7 +558,7 @@ static inline snell_view snell_view_init(size_t struct_size) {
 SNELL_API snell_status snell_view_frame(snell_view *view, const snell_bounds *bounds, float azimuth,
                                         float elevation, float aspect);
 /* From the same direction as near as all that was added to the scene fits into a picture of that shape,
- * with a margin of a twentieth of its width and height on each side: all vertices of meshes, the boxes
+ * with a margin of a twentieth of its width and height on each side: all corners of triangles, the boxes
  * of other shapes, of groups, and of meshes beyond the first 16 million corners of triangles. With
  * `turning` it still fits when snell_view_turn turns the view around the bounds' center by any angle. */
 SNELL_API snell_status snell_view_frame_scene(snell_view *view, const snell_scene *scene,

@@ -5,12 +5,12 @@
  * wins depends only on the hit rule, never on the tree's shape, the instruction set or the order of
  * visits:
  *   - accept a primitive if its own test says so and the ray passes its own box (and its instance's
- *     box, in the world or in its group, and those of the groups' instances around it) by the slab formula (b - o) * (1/d), where NaN (0 * infinity) counts as
- *     passing and the exit is widened by a few roundings, a triangle's own box by the error of place
- *     (layout.h says why);
+ *     box, in the world or in its group, and those of the groups' instances around it) by the slab
+ *     formula (b - o) * (1/d), where NaN (0 * infinity) counts as passing and the exit is widened by a
+ *     few roundings, a triangle's own box by the error of place (layout.h says why);
  *     then t = max(t, entries of those boxes);
- *   - of a mesh, a ray that walks on (after_t) has not left the triangle's box, widened by the error of place,
- *     before after_t: what lies behind there is skipped, as nodes are;
+ *   - of a mesh, a ray that walks on (after_t) has not left the triangle's box, widened by the error of
+ *     place, before after_t: what lies behind there is skipped, as nodes are;
  *   - nearest t wins; equal t goes to the lowest (instance, primitive);
  *   - a node is skipped only if its entry is beyond the best t.
  * A ray whose origin or direction is not finite, or whose direction is 0, hits nothing. */

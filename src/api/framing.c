@@ -22,11 +22,14 @@ static bounds3 list_bounds(const description *d, const part_lists *lists, size_t
 }
 
 /* Of each shape: one of many parts looks at all of them once, however often it is placed. NULL: no
- * memory, or groups nested too deep; otherwise both are the caller's. */
+ * memory (a scene whose groups nest too deep is refused where it is made); otherwise both are the caller's. */
 static bounds3 *shape_boxes(const description *d, part_lists *lists) {
     const object_list *shapes = &d->objects[CATEGORY_SHAPE];
     const transform identity = transform_identity();
-    if (part_lists_make(d, lists)) return NULL;
+    if (part_lists_make(d, lists)) {
+        part_lists_free(lists);
+        return NULL;
+    }
     bounds3 *own = memory_zeroed(shapes->count + 1, sizeof *own);
     for (size_t i = 0; i < shapes->count && own; i++)
         own[i] = object_is_group(&shapes->items[i]) ? list_bounds(d, lists, i, own)
@@ -56,8 +59,8 @@ snell_status framing_too_large(bounds3 b) {
 /* ---- by a sphere ---- */
 
 static bool can_frame(const snell_view *view, float azimuth, float elevation, float aspect) {
-    return view != NULL && aspect > 0 && isfinite(azimuth) && isfinite(elevation) &&
-           view->fov > 0 && (double)view->fov < PI;
+    return view != NULL && aspect > 0 && isfinite(aspect) && isfinite(azimuth) &&
+           isfinite(elevation) && view->fov > 0 && (double)view->fov < PI;
 }
 
 /* The unit vector to the eye. Straight up or down: the picture's top is away from, or towards, the
@@ -242,11 +245,15 @@ snell_status framing_of(const description *d, float azimuth, float elevation, fl
     if (!can_frame(view, azimuth, elevation, aspect))
         return error_set(SNELL_ERR_ARGUMENT, NULL,
                          "snell_view_frame_scene: an argument is out of range");
+    reach r = {.back = direction_of(view, azimuth, elevation), .turning = turning};
+    dvec3 up = dvec3_from(view->up), right = dvec3_cross(up, r.back);
+    if (!(dvec3_length(right) > 1e-6 * dvec3_length(up)) || !isfinite(dvec3_length(right)))
+        return error_set(SNELL_ERR_ARGUMENT, NULL,
+                         "snell_view_frame_scene: the view's up lies along the direction of sight");
     part_lists lists;
     bounds3 *boxes = shape_boxes(d, &lists);
     if (boxes == NULL) return error_no_memory();
-    reach r = {.back = direction_of(view, azimuth, elevation), .turning = turning};
-    r.right = dvec3_normalize(dvec3_cross(dvec3_from(view->up), r.back));
+    r.right = dvec3_normalize(right);
     r.up = dvec3_cross(r.back, r.right);
     r.half[1] = fn_tan((double)view->fov / 2) * FRAME_FILLED;
     r.half[0] = r.half[1] * (double)aspect;

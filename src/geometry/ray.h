@@ -17,8 +17,8 @@ typedef struct ray {
     uint32_t mask;
     /* The surface the ray leaves, if that is flat: it cannot be hit again. NO_ID: none. */
     uint32_t skip_instance, skip_primitive;
-    /* Walking on: only hits with (t, instance, primitive) lexicographically greater than this.
-     * after_t = -INFINITY: every hit. */
+    /* Walking on: only hits with (t, instance, primitive) lexicographically greater than this,
+     * and in a mesh nothing that lies behind there (accel/accel.h). after_t = -INFINITY: every hit. */
     float after_t;
     uint32_t after_instance, after_primitive;
     uint32_t unused;

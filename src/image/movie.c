@@ -120,8 +120,6 @@ snell_status movie_add(movie *m, const image_pixels *pixels, const image_options
     return status;
 }
 
-uint32_t movie_frames(const movie *m) { return m->state.frames; }
-
 snell_status movie_finish(movie *m, const char *path) {
     image_buffer bytes = {0};
     movie_patch patches[MOVIE_PATCHES_MAX];

@@ -56,6 +56,5 @@ snell_status movie_add(movie *m, const image_pixels *pixels, const image_options
  * added: SNELL_ERR_STATE, and no file. Frees the movie. */
 snell_status movie_finish(movie *m, const char *path);
 void movie_abandon(movie *m); /* NULL does nothing */
-uint32_t movie_frames(const movie *m);
 
 #endif

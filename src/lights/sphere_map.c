@@ -7,11 +7,6 @@
 #include "maths/functions.h"
 #include "sampling/warp.h"
 
-dvec3 sphere_map_direction(double u, double v) {
-    double polar = (1 - v) * PI, turn = (u - 0.5) * (2 * PI), s = fn_sin(polar);
-    return (dvec3){s * fn_sin(turn), fn_cos(polar), -s * fn_cos(turn)};
-}
-
 void sphere_map_coordinates(dvec3 d, double *u, double *v) {
     double height = d.y < -1 ? -1 : d.y > 1 ? 1 : d.y;
     double turn = 0.5 + fn_atan2(d.x, -d.z) / (2 * PI);

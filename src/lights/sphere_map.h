@@ -23,7 +23,6 @@ typedef struct sphere_map {
     dvec3 harmonics[9]; /* of radiance, the real spherical harmonics up to the second order */
 } sphere_map;
 
-dvec3 sphere_map_direction(double u, double v);
 void sphere_map_coordinates(dvec3 d, double *u, double *v);
 
 /* A grid of width x height cells; in each, detail x detail directions are looked at. spills: cells

@@ -1,4 +1,4 @@
-/* Beams through a world of many things: what stands in the leaves of its tree. */
+/* Worlds of many things: what stands in the leaves of their trees, met by the rays of a beam or of a whole tile. */
 
 /* Those that the mask lets see it. */
 INLINE uint64_t seen_by(const tile *t, uint64_t rays, uint32_t mask) {
@@ -189,7 +189,7 @@ INLINE void meet_unbounded(beam *k, const frozen_level *world, const bool any) {
         meet(k, world, world->unbounded[i], k->tile->t_min, false, k->alive, any);
 }
 
-/* All that a tile holds, whichever way they go. */
+/* All that a tile holds, whichever way they go: no beam that walk_beam could take, since they have no way in common. */
 INLINE void take_tile(beam *k, const tile *t) {
     k->tile = t;
     k->alive = t->enter;
