@@ -278,7 +278,7 @@ static void check_light(const char *name, dvec3 p, double reach) {
     check_directions(name, p, reach, sidak(0.01, 32));
 }
 
-static snell_input noise_map(uint32_t width, uint32_t height, bool nearest) {
+static snell_input make_map(uint32_t width, uint32_t height, bool noise, bool nearest) {
     snell_image_texture_desc desc = SNELL_INIT(image_texture_desc);
     snell_input input = {grey(1), {0, 0}};
     float *pixels = calloc((size_t)width * height * 4, sizeof *pixels);
@@ -286,7 +286,7 @@ static snell_input noise_map(uint32_t width, uint32_t height, bool nearest) {
     uint64_t random = 3;
     for (size_t i = 0; i < (size_t)width * height * 4; i++) {
         double x = uniform(&random);
-        pixels[i] = (float)(x < 0.3 ? 0 : 10 * x * x * x);
+        pixels[i] = (float)(!noise ? 1 : x < 0.3 ? 0 : 10 * x * x * x);
     }
     desc.width = (int32_t)width;
     desc.height = (int32_t)height;
@@ -317,7 +317,7 @@ static void directions_fit_their_density(void **state) {
         char name[64];
         snell_environment_light_desc desc = SNELL_INIT(environment_light_desc);
         rig_clear(&bench);
-        desc.radiance = noise_map(sizes[i][0], sizes[i][1], i % 2);
+        desc.radiance = make_map(sizes[i][0], sizes[i][1], true, i % 2);
         desc.rotate = (float)i;
         MUST(snell_scene_add_environment_light(bench.scene, &desc, NULL));
         snprintf(name, sizeof name, "environment of %u x %u", sizes[i][0], sizes[i][1]);
@@ -617,6 +617,24 @@ static void surveys_do_not_depend_on_threads(void **state) {
     }
 }
 
+/* The irradiance that `whitted` lights with, of pictures of few pixels that are white everywhere: pi. */
+static void a_white_picture_lights_evenly(void **state) {
+    (void)state;
+    static const uint32_t sizes[][2] = {{1, 1}, {4, 2}, {3, 9}, {40, 20}};
+    static const dvec3 normals[] = {
+        {0, 1, 0}, {0, -1, 0}, {1, 0, 0}, {0.6, 0, -0.8}, {0.6, 0.8, 0}};
+    for (size_t i = 0; i < sizeof sizes / sizeof sizes[0]; i++) {
+        snell_environment_light_desc desc = SNELL_INIT(environment_light_desc);
+        rig_clear(&bench);
+        desc.radiance = make_map(sizes[i][0], sizes[i][1], false, false);
+        MUST(snell_scene_add_environment_light(bench.scene, &desc, NULL));
+        MUST(snell_scene_commit(bench.scene, NULL, NULL));
+        const light *l = &bench.scene->frozen->lights[0];
+        for (size_t k = 0; k < sizeof normals / sizeof normals[0]; k++)
+            ASSERT_CLOSE(l->type->irradiance(l, normals[k]).y, PI_, 0.005, 0);
+    }
+}
+
 /* ---- copies ---- */
 
 static double shining_commit(int copies, bool grouped) {
@@ -717,6 +735,7 @@ int main(void) {
         cmocka_unit_test(a_thousand_lights),
         cmocka_unit_test(a_room),
         cmocka_unit_test(surveys_do_not_depend_on_threads),
+        cmocka_unit_test(a_white_picture_lights_evenly),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }

@@ -16,7 +16,7 @@
 DESCRIBE(environment, ENVIRONMENT_FIELDS)
 
 /* A larger grid would not be sampled better: what is finer than a cell is a part of its mean. */
-enum { GRID_WIDTH_MAX = 2048, GRID_HEIGHT_MAX = 1024, DETAIL_MIN = 2 };
+enum { GRID_WIDTH_MAX = 2048, GRID_HEIGHT_MAX = 1024, DETAIL_MIN = 2, ROWS_MIN = 32 };
 
 typedef struct environment_state {
     double c, s;    /* cosine and sine of `rotate` */
@@ -105,6 +105,8 @@ static sphere_grid grid_of(const texture *t, environment *e) {
     grid.height = h / shrink < 1 ? 1 : h / shrink;
     if (shrink == 1) {
         grid.spills = false;
+        while (grid.height * grid.detail < ROWS_MIN || grid.width * grid.detail < 2 * ROWS_MIN)
+            grid.detail++; /* the harmonics need that many directions */
     } else if (texture_filters(t) && (t->map == MAP_AUTO || t->map == MAP_UV)) {
         e->du = 1.0 / (grid.width * DETAIL_MIN);
         e->dv = 1.0 / (grid.height * DETAIL_MIN);

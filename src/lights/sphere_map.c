@@ -23,6 +23,14 @@ static double row_solid_angle(const sphere_map *map, uint32_t y) { /* of one cel
     return (edge_cosine(map, y) - edge_cosine(map, y + 1)) * (2 * PI / map->width);
 }
 
+/* What of the sphere each direction stands for in row j of those in a row of cells. */
+static double direction_solid_angle(const sphere_grid *g, uint32_t y, uint32_t j) {
+    uint32_t rows = g->height * g->detail, row = y * g->detail + j;
+    double top = row == 0 ? 1 : fn_cos(PI * row / rows),
+           bottom = row + 1 == rows ? -1 : fn_cos(PI * (row + 1) / rows);
+    return (top - bottom) * (2 * PI / g->width / g->detail);
+}
+
 static void harmonics_at(dvec3 d, double y[9]) {
     y[0] = 0.28209479177387814;
     y[1] = 0.4886025119029199 * d.y;
@@ -110,10 +118,10 @@ static void add_row(const survey *s, size_t index, sphere_map *map) {
     const sphere_grid *g = s->grid;
     uint32_t y = s->first_row + (uint32_t)index;
     const dvec3 *seen = s->seen + index * row_size(g);
-    double share = row_solid_angle(map, y) * (1.0 / ((double)g->detail * g->detail));
     for (uint32_t x = 0; x < g->width; x++)
         for (uint32_t j = 0; j < g->detail; j++) {
             latitude at = latitude_of(g, y, j);
+            double share = direction_solid_angle(g, y, j);
             for (uint32_t i = 0; i < g->detail; i++, seen++) {
                 add_direction(map, direction_at(s, at, x, i), *seen, share);
                 map->brightest = double_max(map->brightest, dvec3_largest(*seen));
