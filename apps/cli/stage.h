@@ -21,8 +21,8 @@ typedef struct stage {
     const char *studio; /* what it added */
     char added[96];
     uint32_t camera_count; /* of the file */
-    snell_bounds bounds; /* of what was loaded, for a turntable */
-    char camera[128];    /* its name, with --camera all */
+    snell_bounds bounds;   /* of what was loaded, for a turntable */
+    char camera[128];      /* its name, with --camera all */
 } stage;
 
 /* Reads the input into s->scene, and the surroundings that are to light it. */
