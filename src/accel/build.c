@@ -24,7 +24,6 @@ typedef struct part {
     size_t leaf_count, leaf_capacity;
     uint32_t root;
     size_t spare;                  /* leaves, as of split_range */
-    const binary_tree *binary;     /* NULL, or what its ranges are nodes of */
     size_t first_node, first_leaf; /* in the tree */
     bool failed;
 } part;
