@@ -96,9 +96,8 @@ const option_info option_table[] = {
      CMD_PICTURE | CMD_CONVERT, OPTION_PICTURE, "x|y|z|-x|-y|-z", false},
 
     {OPT_LIGHT, "light", 0, "RIG", "studio",
-     "studio, sky (sun and clear sky), none, or a picture of the surroundings to light with, such "
-     "as "
-     "roof.hdr",
+     "studio, sky (sun and clear sky), none, or a picture of the surroundings to light with, "
+     "such as roof.hdr",
      LIGHT, CMD_PICTURE, OPTION_PICTURE, "studio|sky|none", true},
     {OPT_GROUND, "ground", 0, "COLOR", "grey",
      "a floor under the model; the colour as for --background", LIGHT, CMD_PICTURE,

@@ -12,11 +12,19 @@ typedef struct sphere_pairs {
     uint32_t count;
 } sphere_pairs;
 
-INLINE void add_sphere(sphere_pairs *s, const frozen_outline *sphere, const ray *r) {
+INLINE void start_pairs(sphere_pairs *s) { s->count = s->behind = 0; }
+
+/* floor_t: where the ray enters the sphere's box. */
+INLINE void add_pair(sphere_pairs *s, const frozen_outline *sphere, const ray *r, float floor_t) {
+    const float o[3] = {r->o.x, r->o.y, r->o.z}, d[3] = {r->d.x, r->d.y, r->d.z};
     uint32_t to = s->count++;
-    for (int axis = 0; axis < 3; axis++) s->center[axis][to] = sphere->center[axis];
+    for (int axis = 0; axis < 3; axis++) {
+        s->o[axis][to] = o[axis], s->d[axis][to] = d[axis];
+        s->center[axis][to] = sphere->center[axis];
+    }
     s->radius[to] = sphere->radius;
-    s->after_t[to] = r->after_t;
+    s->t_min[to] = r->t_min, s->t_max[to] = r->t_max;
+    s->floor_t[to] = floor_t, s->after_t[to] = r->after_t;
     s->behind |= (unsigned)(sphere->first > r->after_instance) << to;
 }
 

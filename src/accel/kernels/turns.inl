@@ -158,14 +158,10 @@ static __attribute__((noinline)) uint32_t visit_leaves(const batch *b, turn *t, 
     return next;
 }
 
+/* In the world's own space, as all of these. */
 INLINE void add_turn(sphere_pairs *s, turn *t, const frozen_outline *sphere) {
-    uint32_t to = s->count;
-    for (int axis = 0; axis < 3; axis++)
-        s->o[axis][to] = t->p.o[axis], s->d[axis][to] = t->p.d[axis];
-    s->t_min[to] = t->p.t_min, s->t_max[to] = t->p.t_max;
-    s->floor_t[to] = float_max(t->stack.entries[t->stack.count], t->p.t_min);
-    s->of[to] = t;
-    add_sphere(s, sphere, t->q.ray);
+    s->of[s->count] = t;
+    add_pair(s, sphere, t->q.ray, float_max(t->stack.entries[t->stack.count], t->p.t_min));
     t->q.counters.primitives++;
 }
 
@@ -186,13 +182,13 @@ static __attribute__((noinline)) void step_spheres(const batch *b, sphere_pairs 
         }
         enqueue(to, n, t, pop(&t->stack), true);
     }
-    s->count = s->behind = 0;
+    start_pairs(s);
 }
 
 INLINE void step_leaves(const batch *b, turn *const *turns, uint32_t count, const bool any,
                         queue *to, queue_counts *n) {
     sphere_pairs spheres;
-    spheres.count = spheres.behind = 0;
+    start_pairs(&spheres);
     for (uint32_t i = 0; i < count; i++) {
         turn *t = turns[i];
         uint32_t next = visit_leaves(b, t, any);

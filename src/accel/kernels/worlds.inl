@@ -138,14 +138,11 @@ INLINE uint64_t meet_sphere(beam *k, const frozen_outline *sphere, const float f
     while (rays != 0) {
         sphere_pairs s;
         uint8_t ray_of[PAIRS];
-        s.count = s.behind = 0;
+        start_pairs(&s);
         for (; rays != 0 && s.count < PAIRS; rays &= rays - 1) {
-            uint32_t i = (uint32_t)__builtin_ctzll(rays), to = s.count;
-            for (int axis = 0; axis < 3; axis++)
-                s.o[axis][to] = t->o[axis][i], s.d[axis][to] = t->d[axis][i];
-            s.t_min[to] = t->t_min[i], s.t_max[to] = t->t_max[i], s.floor_t[to] = floor_t[i];
-            ray_of[to] = (uint8_t)i;
-            add_sphere(&s, sphere, &t->rays[i]);
+            uint32_t i = (uint32_t)__builtin_ctzll(rays);
+            ray_of[s.count] = (uint8_t)i;
+            add_pair(&s, sphere, &t->rays[i], floor_t[i]);
         }
         unsigned hits = meet_spheres(&s);
         met |= take_spheres(k, sphere, ray_of, hits, s.t, any);
@@ -189,7 +186,7 @@ INLINE void meet_unbounded(beam *k, const frozen_level *world, const bool any) {
         meet(k, world, world->unbounded[i], k->tile->t_min, false, k->alive, any);
 }
 
-/* All that a tile holds, whichever way they go: no beam that walk_beam could take, since they have no way in common. */
+/* All rays of a tile, whichever way they go. walk_beam cannot take them: aim_beam has not found what they share. */
 INLINE void take_tile(beam *k, const tile *t) {
     k->tile = t;
     k->alive = t->enter;
